@@ -192,35 +192,29 @@ def tissues() -> Iterator[Check]:
     from zoobench.spec import Ref
 
     fine = registry.create(Kind.FIDELITY, registry.resolve(Kind.FIDELITY, Ref("fine")))
-    for animal in ("caterpillar", "panda", "baby-seal", "fish"):
+    # the lattice cuts sharp edges off: those of flippers and fins
+    for animal, rough in (("caterpillar", 1.0), ("panda", 1.0), ("baby-seal", 5.0), ("fish", 5.0)):
         gait = gait_of(f"best:ground/movement-speed/{animal}", 1)
         made, theirs = body_of(gait, 0.006), gait.design.body(fine)
         masses = theirs.masses(gait.matter.density)
-        yield Check(f"{animal}: mass [kg]", float(made.weight.sum() / gait.matter.gravity), float(masses.sum()), 0.01)
+        yield Check(
+            f"{animal}: mass [kg]", float(made.weight.sum() / gait.matter.gravity), float(masses.sum()), 0.005 * rough
+        )
         apart = made.weight @ made.mesh.points / made.weight.sum() - masses @ theirs.positions / masses.sum()
-        yield Check(f"{animal}: distance of the centres of mass [mm]", float(1e3 * np.linalg.norm(apart)), 0.0, 0.2)
-        shares = made.weights[..., None] * made.membership
-        volume, exact = shares.sum(axis=(0, 1)), theirs.volumes @ theirs.muscle_membership
         yield Check(
-            f"{animal}: largest error of a muscle's volume", float(np.abs(volume / exact - 1.0).max()), 0.0, 0.03
+            f"{animal}: distance of the centres of mass [mm]", float(1e3 * np.linalg.norm(apart)), 0.0, 0.2 * rough
         )
-        places = made.quadrature_places()
-        mine = np.einsum("eqm,eqi->mi", shares, places) / volume[:, None]
-        other = (theirs.volumes[:, None] * theirs.muscle_membership).T @ theirs.positions / exact[:, None]
-        yield Check(
-            f"{animal}: largest distance of a muscle's centre [mm]",
-            float(1e3 * np.linalg.norm(mine - other, axis=1).max()),
-            0.0,
-            0.4,
-        )
-        lines = np.einsum("eqm,eqi->mi", shares, made.fibres) / volume[:, None]
-        outer = (theirs.volumes[:, None] * theirs.muscle_membership).T @ theirs.fibres / exact[:, None]
-        yield Check(
-            f"{animal}: largest difference of a muscle's mean fibre",
-            float(np.linalg.norm(lines - outer, axis=1).max()),
-            0.0,
-            0.03,
-        )
+        shares, there = made.weights[..., None] * made.membership, theirs.volumes[:, None] * theirs.muscle_membership
+        volume, exact = shares.sum(axis=(0, 1))[:, None], there.sum(axis=0)[:, None]
+        error = float(np.abs(volume / exact - 1.0).max())
+        yield Check(f"{animal}: largest error of a muscle's volume", error, 0.0, 0.025 * rough)
+        for noun, mine, other, scale, most in (
+            ("centre [mm]", made.quadrature_places(), theirs.positions, 1e3, 0.2),
+            ("mean fibre", made.fibres, theirs.fibres, 1.0, 0.01),
+        ):
+            difference = np.einsum("eqm,eqi->mi", shares, mine) / volume - there.T @ other / exact
+            largest = float(scale * np.linalg.norm(difference, axis=1).max())
+            yield Check(f"{animal}: largest difference of a muscle's {noun}", largest, 0.0, most * rough)
 
 
 def state(body: Solver) -> tuple[float, float, float]:
