@@ -26,6 +26,7 @@ PAGES = (
     "docs/accuracy-beds.md",
     "docs/accuracy-contact.md",
     "docs/accuracy-rest-frame.md",
+    "docs/accuracy-judge.md",
     "docs/guide/results.md",
     "docs/guide/results-bodies.md",
 )
@@ -149,9 +150,36 @@ def bodies() -> str:
     )
 
 
+def judge() -> str:
+    """Speeds of published gaits: by ever smaller finite elements, then by the simulator on ever finer grids."""
+    with (ROOT / "docs/accuracy-judge.csv").open(encoding="utf-8", newline="") as file:
+        rows = [row for row in csv.DictReader(file) if not row["method"].startswith("linear")]
+    ways = {(row["method"], float(row["cell_mm"])): None for row in rows if row["frames"] == "100"}
+    columns = sorted(ways, key=lambda way: (way[0].startswith("zoobench"), -way[1]))
+    body, off = [], {way: [] for way in columns}
+    for gait, frames in dict.fromkeys((row["gait"], row["frames"]) for row in rows):
+        mine = [row for row in rows if (row["gait"], row["frames"]) == (gait, frames)]
+        found = {(row["method"], float(row["cell_mm"])): row["score"] for row in mine}
+        finest = min(way for way in found if not way[0].startswith("zoobench"))
+        for way in columns if frames == "100" else ():
+            if way in found and way != finest:
+                off[way].append(float(found[way]) / float(found[finest]) - 1.0)
+        env, _, animal = gait.split("/")
+        told = (
+            f"{1000 * float(found[way]):.0f}" if found.get(way, "t")[0].isdigit() else found.get(way, "")
+            for way in columns
+        )
+        body.append((f"{animal}, {_PLACES[env]}" + (f", {frames} frames" if frames != "100" else ""), *told))
+    differences = (_percent(math.sqrt(fmean(one**2 for one in off[way]))) if off[way] else "" for way in columns)
+    names = (way[0].split()[1] if way[0].startswith("zoobench") else f"{way[1]:g} mm" for way in columns)
+    return _table(
+        ("gait [mm/s]", *names), [*body, ("rms difference from the smallest elements, 100 frames [%]", *differences)]
+    )
+
+
 TABLES: dict[str, Callable[[], str]] = {
-    "accuracy": accuracy, "softness": softness, "foot": foot, "rest-frame": rest_frame, "firm-ground": firm_ground,
-    "beds": beds, "bodies": bodies,
+    "accuracy": accuracy, "softness": softness, "foot": foot, "rest-frame": rest_frame, "judge": judge,
+    "firm-ground": firm_ground, "beds": beds, "bodies": bodies,
 }  # fmt: skip
 
 
