@@ -130,6 +130,7 @@ def evaluate(
     """
     import pandas as pd
 
+    from zoobench.cell.firm_ground import check_rest_frames
     from zoobench.cell.loading import check_devices
     from zoobench.cli.evaluate import targets_of
     from zoobench.cli.solutions import solution_named
@@ -137,7 +138,9 @@ def evaluate(
 
     found = solution_named(str(run), str(db))
     targets = targets_of(_text(env), _text(task), _text(fidelity))
-    check_devices(targets.of(found.spec))
+    episodes = list(targets.of(found.spec))
+    check_devices(episodes)
+    check_rest_frames(episodes)
     name = found.name if found.run is None else found.run.id
     return pd.DataFrame([asdict(row) for row in transfer(name, found.spec, found.params, targets)])
 

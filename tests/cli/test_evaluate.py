@@ -98,6 +98,18 @@ def test_a_gpu_that_is_not_there_is_missed_at_once(
     assert not built
 
 
+def test_a_bed_is_refused_in_the_rest_frame_at_once(
+    zoobench: Command, score: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not when the episodes before it are simulated."""
+    built: list[RunSpec] = []
+    monkeypatch.setattr(transfer_study, "Problem", lambda spec, **_: built.append(spec))
+    refused = zoobench("evaluate", "1", "--env", "ground,desert", "--fidelity", "smoke[robot=lagrangian]")
+    assert refused.code == 2
+    assert "moves on firm ground alone, and 'desert' has a bed" in refused.err
+    assert not built
+
+
 def _add_drawn(database: Path, spec: RunSpec) -> None:
     """A run that is done, with a draw of its prior for a solution."""
     parameters = Problem(spec).initial(np.random.default_rng(0))

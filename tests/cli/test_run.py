@@ -300,3 +300,15 @@ def test_on_ray_the_pool_knows_what_a_run_takes(zoobench: Command, monkeypatch: 
     told = pool.call_args.kwargs
     assert told["address"] == "head:6379"
     assert 10**8 < told["memory"] < 10**10
+
+
+def test_a_robot_in_its_rest_frame_is_refused_in_a_bed(zoobench: Command) -> None:
+    """With the reason, before anything is simulated; beside firm ground it is left out."""
+    words = ("--task", "turning", "--method", "random", "--seeds", "1", "--fidelity", "smoke[robot=lagrangian]")
+    reply = zoobench("run", "--env", "desert,ocean", *words)
+    assert reply.code == 2
+    assert "moves on firm ground alone, and 'desert' has a bed" in reply.err
+    assert "'ocean' has a bed or water" in reply.err
+    beside = zoobench("plan", "--env", "ground,desert", *words)
+    assert beside.code == 0
+    assert "1 runs to do of 1, 1 skipped" in beside.err

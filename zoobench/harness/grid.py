@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from itertools import product
 
 from zoobench import registry
+from zoobench.cell.firm_ground import rest_frame_fault
 from zoobench.cell.targets import target_fault
 from zoobench.errors import UnknownNameError, UsageError
 from zoobench.registry import Kind
@@ -159,6 +160,8 @@ def _why_impossible(spec: RunSpec) -> str | None:
         return (
             f"Water on a grid is not simulated on a GPU, and {spec.env.name!r} is full of it. Simulate that on the CPU."
         )
+    if fault := rest_frame_fault(spec):
+        return fault
     if NEEDS_GRADIENT not in method.tags:
         return None
     others = (

@@ -7,6 +7,9 @@ from zoobench.errors import UsageError
 
 PARTICLES_PER_CELL = (1, 4, 8, 27)
 
+REST_FRAME_PARTICLES = (8, 27)
+"""Those of a cell in the rest frame: one alone resists none of its hourglass modes, and four are no cubic lattice."""
+
 SHIFT_ASIDE = 0.618
 """The golden ratio: evenly spaced shifts give evenly distributed places along both directions."""
 
@@ -90,11 +93,26 @@ class Fidelity:
         ):  # fmt: skip
             if (given := getattr(self, name)) not in offered:
                 raise UsageError(f"The {name} {given!r} is not offered. Choose one of {', '.join(offered)}.")
+        if self.robot == "lagrangian":
+            self._check_rest_frame()
         if not -1.0 <= self.shift <= 1.0:
             raise UsageError(f"A shift of {self.shift:g} cells is not between -1 and 1. Give 0 for none.")
 
         if not 0.0 <= self.sleep < 1.0:
             raise UsageError(f"A speed of sleep of {self.sleep:g} m/s is not between 0 and 1 m/s. Try 0.001.")
+
+    def _check_rest_frame(self) -> None:
+        """Refuse what a robot in its rest frame is not simulated with."""
+        if self.device != "cpu":
+            raise UsageError(
+                "A robot in its rest frame (robot=lagrangian) is simulated on the CPU alone. Give device=cpu, or "
+                "robot=mpm."
+            )
+        if self.particles_per_cell not in REST_FRAME_PARTICLES:
+            raise UsageError(
+                f"{self.particles_per_cell} particles per cell do not hold the cells of a robot in its rest frame "
+                "(robot=lagrangian). Give 8 or 27, or robot=mpm."
+            )
 
     @property
     def spline(self) -> Spline:
