@@ -39,6 +39,14 @@ def test_limit_is_that_of_the_isolated_particle() -> None:
     assert limits["sand"] == pytest.approx(scenes.SPACING * np.sqrt(1600 / (2 * mu + 3 * lam)))
 
 
+@pytest.mark.parametrize("setting", [{"kernel": "cubic"}, {"transfer": "pic"}, {"medium_transfer": "pic"}])
+def test_step_in_the_rest_frame_depends_on_no_spline_and_no_transfer(setting: dict[str, str]) -> None:
+    """A grid that the robot carries with it has neither."""
+    fidelity = Fidelity(0.1, robot="lagrangian")
+    other = replace(fidelity, **setting)  # type: ignore[arg-type]
+    assert isolated_particle_limit(other, 0.25, 0.1) == isolated_particle_limit(fidelity, 0.25, 0.1)
+
+
 @pytest.mark.parametrize("name", scenes.MEDIA)
 def test_stiffness_of_a_medium_is_that_of_its_law(name: str) -> None:
     """kappa is the derivative of the stress by an equal strain in all directions, at the stiffest intended state."""

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from zoobench.errors import StepSizeError
-from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.fidelity import SPLINES, Fidelity
 from zoobench.sim.model.matter import Medium, MudMaterial, WaterMaterial, lame_parameters
 from zoobench.sim.model.scene import Scene, has_skin
 
@@ -107,8 +107,12 @@ def isolated_particle_limit(fidelity: Fidelity, stiffness: float, viscosity: flo
 
     Infinite without either.
     """
-    scale = fidelity.spline.inverse_moment / fidelity.grid_spacing**2
-    bound = 2.0 if "pic" in (fidelity.transfer, fidelity.medium_transfer) else 4.0
+    moment, bound = fidelity.spline.inverse_moment, 4.0
+    if fidelity.robot == "lagrangian":  # which neither spline nor transfer concerns; its factor is REST_FRAME_MOMENT
+        moment = SPLINES["quadratic"].inverse_moment
+    elif "pic" in (fidelity.transfer, fidelity.medium_transfer):
+        bound = 2.0
+    scale = moment / fidelity.grid_spacing**2
     damping = 2.0 * viscosity * scale
     # the positive root of scale stiffness dt^2 + 2 damping dt = bound, written without cancellation
     rate = damping + math.sqrt(damping**2 + bound * scale * stiffness)
