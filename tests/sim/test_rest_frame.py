@@ -168,6 +168,17 @@ def test_the_step_is_safe_in_deep_compression() -> None:
     assert rollout.counts.max() > rollout.counts[0, 0]
 
 
+def test_a_robot_beyond_its_terrain_has_diverged() -> None:
+    """The ground is not known there, and no wall stops it; level ground goes on."""
+    scene = _terrain_scene()
+    fast = replace(scene.robot, velocities=np.tile([4.0, 0.0, 0.0], (scene.robot.particle_count, 1)))
+    for ground, ends in ((scene.ground, True), (Ground(0.5), False)):
+        solver = Solver(replace(scene, robot=fast, ground=ground), LAGRANGIAN)
+        rollout = solver.run(np.zeros((40, 1, scenes.MUSCLES)))
+        found = [divergence.quantity for divergence in rollout.divergences.values()]
+        assert found == (["distance beyond the arena in cells"] if ends else [])
+
+
 @pytest.mark.parametrize("scene", [scenes.medium_scene("sand"), scenes.interface_scene()], ids=["bed", "contact"])
 def test_a_bed_is_refused(scene: Scene) -> None:
     """With where it may be used and what to choose instead."""

@@ -90,7 +90,10 @@ class RestFrameLauncher(Launcher):
     ) -> None:
         """As `Launcher.survey`, with the bound on the step of the rest frame."""
         self.launches["survey"] += 1
-        self._survey(matter.state, parameters.body, self.constants, alive, report, culprit, self.variant.skin)
+        variant = self.variant
+        self._survey(
+            matter.state, parameters.body, self.constants, alive, report, culprit, variant.skin, variant.ground
+        )
 
     def _arrays(self, matter: Matter, parameters: Parameters, plan: LaunchPlan) -> tuple[Tensor, ...]:
         return (

@@ -20,6 +20,7 @@ over them with the nodes in the lanes.
 import taichi as ti
 
 from zoobench.sim.kernels.array_types import Rows, Scalars, Wide
+from zoobench.sim.kernels.boundary import TERRAIN, WALL_NODES
 from zoobench.sim.kernels.columns import cofactor, determinant, dot, matrix, scale, zero_lanes
 from zoobench.sim.kernels.elastic import SMALLEST_J
 from zoobench.sim.kernels.layout import (
@@ -322,19 +323,21 @@ def advance(
 
 @ti.kernel
 def survey(
-    state: Rows, body: Rows, constants: Scalars, alive: Scalars, report: Scalars, culprit: Scalars, skin: ti.template()
-):
+    state: Rows, body: Rows, constants: Scalars, alive: Scalars, report: Scalars, culprit: Scalars,
+    skin: ti.template(), ground_kind: ti.template(),
+):  # fmt: skip
     """Fill the `report` of every world alive with the `step_limits.Condition` of its robot, as `survey.survey` does.
 
     In the rest frame the stiffness by place grows in compression, as the square of the largest stretch of F^-1, and the
-    viscosity likewise. There is neither an arena nor a velocity gradient of the grid.
+    viscosity likewise. There is no velocity gradient of the grid, and no wall: where a terrain ends the robot is beyond
+    the arena, on level ground nowhere.
     """
     ti.loop_config(serialize=True)
     for w in range(state.shape[1]):
         scene = scene_constants(constants)
         zero = 0.0 * scene.spacing
         speed, smallest, guarded, square, robot, viscosity, ground = zero, zero + 1e30, 0, zero, zero, zero, zero
-        fastest, folded = 0, 0
+        beyond, fastest, folded, outermost = zero, 0, 0, 0
         for p in range(state.shape[2] * alive[w]):
             q = body[w, p, 0]
             if q[MASS] > 0.0:
@@ -358,8 +361,15 @@ def survey(
                 viscosity = ti.max(viscosity, REST_FRAME_MOMENT * per_mass * scene.eta * folds)
                 if ti.static(skin):
                     ground = ti.max(ground, scene.skin_rate * per_mass)
-        report[w, 0], report[w, 1], report[w, 2], report[w, 3] = speed, zero, zero, smallest
+                if ti.static(ground_kind == TERRAIN):
+                    x, z = state[0, w, p, X][0] * scene.inverse, state[0, w, p, X][2] * scene.inverse
+                    by_x = ti.max(WALL_NODES - x, x - (scene.nodes_x - 1 - WALL_NODES))
+                    by_z = ti.max(WALL_NODES - z, z - (scene.nodes_z - 1 - WALL_NODES))
+                    if ti.max(by_x, by_z) > beyond:
+                        beyond = ti.max(by_x, by_z)
+                        outermost = p
+        report[w, 0], report[w, 1], report[w, 2], report[w, 3] = speed, zero, beyond, smallest
         report[w, 4] = guarded
         report[w, 5] = ti.sqrt(square)
         report[w, 6], report[w, 7], report[w, 8], report[w, 9] = robot, zero, viscosity, ground
-        culprit[w, 0], culprit[w, 1], culprit[w, 2], culprit[w, 3] = fastest, fastest, fastest, folded
+        culprit[w, 0], culprit[w, 1], culprit[w, 2], culprit[w, 3] = fastest, fastest, outermost, folded
