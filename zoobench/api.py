@@ -130,8 +130,8 @@ def evaluate(
     """
     import pandas as pd
 
+    from zoobench.cell.firm_ground import check_rest_frames
     from zoobench.cell.loading import check_devices
-    from zoobench.cell.rest_frame import check_rest_frames
     from zoobench.cli.evaluate import targets_of
     from zoobench.cli.solutions import solution_named
     from zoobench.verify.transfer_study import transfer

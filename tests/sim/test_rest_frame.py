@@ -17,10 +17,10 @@ from zoobench.sim.solver import BodyState, Solver
 LAGRANGIAN = replace(scenes.fidelity(), robot="lagrangian")
 
 
-def _steady(scene: Scene, precision: int = 64, **bounds: float) -> Fidelity:
+def _steady(scene: Scene, precision: int = 64) -> Fidelity:
     """A fixed step that is safe for the scene."""
     given = replace(LAGRANGIAN, precision=precision)  # type: ignore[arg-type]
-    return replace(given, step=Solver(scene, given, **bounds).dt)
+    return replace(given, step=Solver(scene, given).dt)
 
 
 def _momenta(solver: Solver) -> tuple[Array, Array]:
@@ -150,7 +150,7 @@ def test_world_of_a_batch_equals_the_same_world_alone() -> None:
         single = BodyState(**{name: getattr(body, name)[None] for name in scenes.BODY_GROUPS})
         path = alone.run(scenes.actuation(solver, 4)[:, world : world + 1], single)
         assert np.array_equal(path.positions[:, 0], rollout.positions[:, world])
-        found = alone.backward(path, *(each[:, world : world + 1] for each in weights))
+        found = alone.backward(path, weights[0][:, world : world + 1], weights[1][:, world : world + 1])
         assert np.array_equal(found.actuation[:, 0], gradient.actuation[:, world])
         assert np.array_equal(found.occupancy[0], gradient.occupancy[world])
 

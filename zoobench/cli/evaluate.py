@@ -39,8 +39,8 @@ def evaluate(
         chosen = (("--env", env), ("--task", task), ("--fidelity", fidelity))
         _show(db, form, [word for name, text in chosen if text for word in (name, text)])
         return
+    from zoobench.cell.firm_ground import check_rest_frames
     from zoobench.cell.loading import check_devices
-    from zoobench.cell.rest_frame import check_rest_frames
     from zoobench.db.rows import TRANSFER
     from zoobench.db.store import Store
     from zoobench.report.labels import labels

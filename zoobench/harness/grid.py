@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from itertools import product
 
 from zoobench import registry
-from zoobench.cell.rest_frame import rest_frame_fault
+from zoobench.cell.firm_ground import rest_frame_fault
 from zoobench.cell.targets import target_fault
 from zoobench.errors import UnknownNameError, UsageError
 from zoobench.registry import Kind
