@@ -1,6 +1,6 @@
 """Robots in their rest frame: closed forms, conservation laws, exact gradients, and what is refused."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from zoobench.arrays import Array
 from zoobench.errors import UsageError
 from zoobench.sim.equilibrium import equilibrated
 from zoobench.sim.model.fidelity import Fidelity
-from zoobench.sim.model.scene import ElasticBody, Ground, Scene
+from zoobench.sim.model.scene import BodyParticles, ElasticBody, Ground, Scene
 from zoobench.sim.model.terrain import Terrain
 from zoobench.sim.solver import BodyState, Solver
 
@@ -102,7 +102,21 @@ def _terrain_scene() -> Scene:
     return replace(scene, robot=robot, ground=Ground(0.5, Terrain(heights, 0.75 / 24)))
 
 
-@pytest.mark.parametrize("make", [scenes.flight_scene, scenes.ground_scene, scenes.damped_scene, _terrain_scene])
+def _ragged_scene() -> Scene:
+    """The muscle cube without all but every fourth cube of its last cells, which weak points then hold."""
+    scene = scenes.damped_scene()
+    x, y, z = np.round((scene.robot.positions - scene.robot.positions.min(0)) / scenes.EDGE).astype(int).T
+    kept = (x < 4) | ((x == 4) & (y % 2 == 0) & (z % 2 == 0))
+    arrays = {
+        item.name: getattr(scene.robot, item.name)[kept]
+        for item in fields(BodyParticles) if isinstance(getattr(scene.robot, item.name), np.ndarray)
+    }  # fmt: skip
+    return replace(scene, robot=replace(scene.robot, **arrays, velocities=scene.robot.velocities[kept]))
+
+
+@pytest.mark.parametrize(
+    "make", [_ragged_scene, scenes.flight_scene, scenes.ground_scene, scenes.damped_scene, _terrain_scene]
+)
 def test_gradient_agrees_with_differences(make: object) -> None:
     """Of every group of parameters, along a random direction, for random adjoints of the trajectory."""
     scene = make()  # type: ignore[operator]
@@ -153,6 +167,20 @@ def test_world_of_a_batch_equals_the_same_world_alone() -> None:
         found = alone.backward(path, weights[0][:, world : world + 1], weights[1][:, world : world + 1])
         assert np.array_equal(found.actuation[:, 0], gradient.actuation[:, world])
         assert np.array_equal(found.occupancy[0], gradient.occupancy[world])
+
+
+def test_nodes_of_a_lone_particle_stay_with_it() -> None:
+    """A cube that is the only one of its cell does not hold that cell's nodes; without weak points they swing away."""
+    block = np.stack(np.meshgrid(*[np.arange(4)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    cubes = np.concatenate([block, [[4, 1, 1], [1, 4, 2]]])
+    positions = np.array([0.3, 0.004, 0.3]) + (cubes + 0.5) * scenes.EDGE
+    body = ElasticBody.passive(scenes.SOFT, positions, np.full(len(cubes), scenes.EDGE**3))
+    scene = Scene(body, (0.0, 0.0, 0.0), scenes.ARENA, ground=Ground(0.5))
+    solver = Solver(scene, LAGRANGIAN, start=equilibrated(scene, LAGRANGIAN, 40))
+    solver.run(np.zeros((100, 1, 0)))
+    nodes, particles = (solver.matter.nodes[0, 0, :, 0, :3].numpy(), solver.matter.x[0, 0].numpy())
+    apart = np.linalg.norm(nodes[:, None] - particles[None], axis=2).min(axis=1)
+    assert apart.max() < 1.5 * scenes.SPACING
 
 
 def test_the_step_is_safe_in_deep_compression() -> None:

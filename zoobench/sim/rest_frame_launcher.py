@@ -50,8 +50,9 @@ class RestFrameLauncher(Launcher):
         rest, robot = self._rest, self._scene.robot
         put(matter.nodes[:, :, :, 0, :3], rest.places - origin)
         shares = rest.masses[rest.shape] * (rest.particles >= 0)[:, None]  # by cell, node and lane
-        masses = shares * (robot.volumes * robot.density_ratio)[rest.particles][:, None]
-        momentum = np.einsum("cil,cld->cid", masses, robot.velocities[rest.particles])
+        particles = np.maximum(rest.particles, 0)
+        masses = shares * (robot.volumes * robot.density_ratio)[particles][:, None]
+        momentum = np.einsum("cil,cld->cid", masses, robot.velocities[particles])
         total, mass = np.zeros(rest.places.shape), np.zeros(len(rest.places))
         np.add.at(total, rest.nodes, momentum)
         np.add.at(mass, rest.nodes, masses.sum(axis=2))

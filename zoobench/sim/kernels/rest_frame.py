@@ -38,7 +38,6 @@ from zoobench.sim.kernels.layout import (
 )
 from zoobench.sim.kernels.skin_contact import ground_below, layer_force, rub
 from zoobench.sim.kernels.survey import largest_square
-from zoobench.sim.model.step_limits import REST_FRAME_MOMENT
 
 FORCE, PUSH = 2, 3
 """Rows of a node beside X and V: internal force [N], and force of the ground's skin [N]."""
@@ -47,6 +46,10 @@ OF_VOLUME, OF_MU, OF_LAM, OF_TENSION, OF_FIBRE = 0, 1, 2, 3, 4
 """Rows of `law`: volume [m^3], Lame parameters and tension [Pa], and three of the fibre."""
 
 LANES = 8
+
+WEAK, WEAKNESS = -2, 0.01
+"""Largest number of a weak point, whose particle is as far below it, and its volume by that of the particle: enough to
+hold nodes with a 64th of the particle's mass, and too little for the bound on the step."""
 
 
 @ti.data_oriented
@@ -99,6 +102,11 @@ def gather(body: ti.template(), cells: ti.template(), scene: ti.template(), w):
         rows = [lanes_of(0.0 * scene.spacing) for _ in ti.static(range(7))]
         for lane in ti.static(range(LANES)):
             p = cells.particle[c, lane]
+            if p <= WEAK:
+                q = body[w, WEAK - p, 0]
+                rows[OF_VOLUME][lane] = WEAKNESS * q[VOLUME]
+                rows[OF_MU][lane] = scene.mu * q[STIFFNESS]
+                rows[OF_LAM][lane] = scene.lam * q[STIFFNESS]
             if p >= 0:
                 q, fibre = body[w, p, 0], body[w, p, 1]
                 rows[OF_VOLUME][lane] = q[VOLUME]
@@ -354,8 +362,8 @@ def survey(
                 folds = largest_square(scale(1.0 / held, cofactor(deformation)))
                 mu, lam = q[STIFFNESS] * scene.mu, q[STIFFNESS] * scene.lam
                 bulk = mu + lam * ti.max(0.0, 1.0 - ti.log(held))
-                robot = ti.max(robot, REST_FRAME_MOMENT * per_mass * (mu + bulk * folds + ti.max(0.0, q[TENSION])))
-                viscosity = ti.max(viscosity, REST_FRAME_MOMENT * per_mass * scene.eta * folds)
+                robot = ti.max(robot, per_mass * (mu + bulk * folds + ti.max(0.0, q[TENSION])))
+                viscosity = ti.max(viscosity, per_mass * scene.eta * folds)
                 if ti.static(skin):
                     ground = ti.max(ground, scene.skin_rate * per_mass)
                 if ti.static(ground_kind == TERRAIN):

@@ -21,6 +21,8 @@ from zoobench.sim.kernels.rest_frame import (
     OF_TENSION,
     OF_VOLUME,
     PUSH,
+    WEAK,
+    WEAKNESS,
     Cells,
     along_fibre,
     gather,
@@ -176,6 +178,10 @@ def give_particles(
             by_mass += (0.0 - inverse_adjoint[n] * cells.inverse[n] * cells.inverse[n]) * cells.masses[shape, i]
         for lane in ti.static(range(LANES)):
             p = cells.particle[c, lane]
+            if p <= WEAK:
+                body_adjoint[w, WEAK - p, 0] += ti.Vector(
+                    [0.0 * by_mass[lane], WEAKNESS * sums[c, BY_VOLUME][lane], sums[c, BY_STIFFNESS][lane], 0.0]
+                )
             if p >= 0:
                 body_adjoint[w, p, 0] += ti.Vector(
                     [by_mass[lane], sums[c, BY_VOLUME][lane], sums[c, BY_STIFFNESS][lane], sums[c, BY_TENSION][lane]]

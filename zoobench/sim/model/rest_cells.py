@@ -4,6 +4,10 @@ Particles are the quadrature points of the cells. A particle lies in the cell th
 has that cell's eight nodes. A node has a copy for every connected part of the matter around it, so that limbs across a
 gap are not welded together. Cells that a body fills in part have the points that it has there (de Vaucorbeil, Nguyen
 and Hutchinson 2020; with eight points a cell it is a finite element method on cut cells).
+
+Fewer than four particles do not hold the nodes of their cell, which would swing about them without resistance. Weak
+points without mass at its empty sites do (the fictitious material of the finite cell method; Parvizian, Duester and
+Rank 2007).
 """
 
 from dataclasses import dataclass
@@ -22,6 +26,10 @@ from zoobench.sim.model.scene import ElasticBody
 LANES = 8
 """Nodes of a cell, and particles that are computed together."""
 
+_HOLDING = 4
+"""Particles that hold the nodes of a cell."""
+
+
 _CORNERS = np.stack(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), axis=-1).reshape(-1, 3)
 _HALF_THE_NEIGHBOURS = [step for step in np.ndindex(3, 3, 3) if step > (1, 1, 1)] - np.ones(3, np.int64)
 _OFF_SITE = 1e-3
@@ -37,8 +45,9 @@ class RestCells:
     Attributes:
         places: `[nodes, 3]` of the nodes at rest [m].
         nodes: `[cells, 8]` nodes of each cell.
-        particles: `[cells, 8]` particles of each cell, -1 for none; those of one cell of the grid that are more than
-            eight are cells of their own with the same nodes.
+        particles: `[cells, 8]` particles of each cell, -1 for none, and -2 - p for a weak point of the matter of
+            particle p; those of one cell of the grid that are more than eight are cells of their own with the same
+            nodes.
         shape: `[cells]` which of the shapes a cell has.
         slopes: `[shapes, 8, 3, 8]` gradient of each node's weight at each particle's site [1/m].
         masses: `[shapes, 8, 8]` share of each particle's mass that each node has: the weights at its site.
@@ -75,6 +84,11 @@ class RestCells:
         order, particles = _grouped(ids)
         known = np.where(particles < 0, order[:, None], particles)  # lanes without a particle repeat the first
         at = (index % count + 0.5)[known] / count
+        few = _few(ids, order)
+        for cell in np.flatnonzero(few):
+            own = int((particles[cell] >= 0).sum())
+            at[cell, own:] = _empty_sites(at[cell, :own])
+            particles[cell, own:] = -2 - order[cell]
         _, one, shape = np.unique(at.reshape(len(at), -1), axis=0, return_index=True, return_inverse=True)
         return cls(
             places=low + keys * h,
@@ -124,6 +138,19 @@ def _grouped(ids: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int6
         rows.extend(members[k : k + LANES].tolist() for k in range(0, len(members), LANES))
     particles = np.array([row + [-1] * (LANES - len(row)) for row in rows])
     return particles[:, 0], particles
+
+
+def _few(ids: NDArray[np.int64], order: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Which cells have nodes that too few particles share, by one particle of each cell."""
+    _, group, size = np.unique(ids, axis=0, return_inverse=True, return_counts=True)
+    return cast("NDArray[np.bool_]", size[group.ravel()][order] < _HOLDING)
+
+
+def _empty_sites(taken: Array) -> Array:
+    """Those of the eight sites of a cell that are farthest from where its few particles are `[8 - n, 3]` [cells]."""
+    sites = 0.25 + 0.5 * _CORNERS
+    nearest = np.linalg.norm(sites[:, None] - taken, axis=-1).min(axis=1)
+    return cast("Array", sites[np.argsort(-nearest, kind="stable")][: LANES - len(taken)])
 
 
 def _weights(at: Array) -> Array:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from zoobench.errors import StepSizeError
-from zoobench.sim.model.fidelity import SPLINES, Fidelity
+from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.matter import Medium, MudMaterial, WaterMaterial, lame_parameters
 from zoobench.sim.model.scene import Scene, has_skin
 
@@ -31,11 +31,7 @@ SPEED_ROOM = 0.8
 
 REFUSED_FRACTION = 0.9
 
-REST_FRAME_MOMENT = 4.0 / 3.0
-"""By which the stiffness of an isolated cell of eight particles in the rest frame, 16 / (3 h^2), exceeds that of an
-isolated particle on a grid, 4 / h^2."""
-
-_REST_FRAME_DAMPING = REST_FRAME_MOMENT * LARGEST_STRETCH**2
+_REST_FRAME_DAMPING = LARGEST_STRETCH**2
 """By which the viscosity counts more in the rest frame, at that compression."""
 
 MOST_SUBSTEPS = 1e9
@@ -108,8 +104,10 @@ def isolated_particle_limit(fidelity: Fidelity, stiffness: float, viscosity: flo
     Infinite without either.
     """
     moment, bound = fidelity.spline.inverse_moment, 4.0
-    if fidelity.robot == "lagrangian":  # which neither spline nor transfer concerns; its factor is REST_FRAME_MOMENT
-        moment = SPLINES["quadratic"].inverse_moment
+    if fidelity.robot == "lagrangian":
+        # of an isolated trilinear cell with n particles along its edge, whose lumped masses are those of its corners
+        n = round(fidelity.particles_per_cell ** (1 / 3))
+        moment = 4.0 * n**2 / (2 * n - 1)
     elif "pic" in (fidelity.transfer, fidelity.medium_transfer):
         bound = 2.0
     scale = moment / fidelity.grid_spacing**2
@@ -137,7 +135,7 @@ def elastic_kappa(mu: float, lam: float, stiffness: float, strength: float, stre
 def rest_frame_kappa(mu: float, lam: float, stiffness: float, strength: float, stretch: float) -> float:
     """kappa [Pa] of the same matter on a grid in its rest frame, compressed to 1 / stretch in one direction."""
     k = stiffness
-    return REST_FRAME_MOMENT * (k * mu + strength + (k * mu + k * lam * (1.0 + math.log(stretch))) * stretch**2)
+    return k * mu + strength + (k * mu + k * lam * (1.0 + math.log(stretch))) * stretch**2
 
 
 def step_limits(scene: Scene, fidelity: Fidelity, stiffness_max: float, density_ratio_min: float) -> dict[str, float]:
