@@ -143,14 +143,14 @@ def _grouped(ids: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int6
 def _few(ids: NDArray[np.int64], order: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Which cells have nodes that too few particles share, by one particle of each cell."""
     _, group, size = np.unique(ids, axis=0, return_inverse=True, return_counts=True)
-    return cast("NDArray[np.bool_]", size[group.ravel()][order] < _HOLDING)
+    return size[group.ravel()][order] < _HOLDING
 
 
 def _empty_sites(taken: Array) -> Array:
     """Those of the eight sites of a cell that are farthest from where its few particles are `[8 - n, 3]` [cells]."""
     sites = 0.25 + 0.5 * _CORNERS
     nearest = np.linalg.norm(sites[:, None] - taken, axis=-1).min(axis=1)
-    return cast("Array", sites[np.argsort(-nearest, kind="stable")][: LANES - len(taken)])
+    return sites[np.argsort(-nearest, kind="stable")][: LANES - len(taken)]
 
 
 def _weights(at: Array) -> Array:
