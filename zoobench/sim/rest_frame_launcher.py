@@ -16,23 +16,26 @@ from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.state import Matter, Parameters
 from zoobench.sim.model.tensors import lazy_zeros, put
 
-_ON_GROUND = "A robot in its rest frame (robot=lagrangian) moves on firm ground alone."
-
 
 class RestFrameLauncher(Launcher):
     """A `Launcher` of a robot in its rest frame, on firm ground or in free flight, on one thread.
 
     Raises:
-        UsageError: matter surrounds the robot, the device is another than the CPU, or the robot is of no lattice.
+        UsageError: matter surrounds the robot, all worlds were to run at once, or the robot is of no lattice.
     """
 
     def __init__(
         self, scene: Scene, fidelity: Fidelity, worlds: int, real: torch.dtype, device: str, parallel: bool
     ) -> None:
         if not scene.is_bare:
-            raise UsageError(f"{_ON_GROUND} Choose an environment without a bed or water, or robot=mpm.")
-        if parallel or device != "cpu":
-            raise UsageError(f"{_ON_GROUND[:-7]}, on the CPU. Give device=cpu, or robot=mpm.")
+            raise UsageError(
+                "A robot in its rest frame (robot=lagrangian) moves on firm ground alone. Choose an environment "
+                "without a bed or water, or robot=mpm."
+            )
+        if parallel:
+            raise UsageError(
+                "A robot in its rest frame (robot=lagrangian) is simulated on one thread. Leave parallel out."
+            )
         super().__init__(scene, fidelity, worlds, real, device, parallel)
         self._advance = Launch(rest_frame.advance, optimised=True)
         self._reverse = Launch(rest_frame_adjoint.reverse, optimised=True)

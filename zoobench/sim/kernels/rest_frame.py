@@ -102,16 +102,13 @@ def gather(body: ti.template(), cells: ti.template(), scene: ti.template(), w):
         rows = [lanes_of(0.0 * scene.spacing) for _ in ti.static(range(7))]
         for lane in ti.static(range(LANES)):
             p = cells.particle[c, lane]
-            if p <= WEAK:
-                q = body[w, WEAK - p, 0]
-                rows[OF_VOLUME][lane] = WEAKNESS * q[VOLUME]
+            if p >= 0 or p <= WEAK:
+                q = body[w, ti.max(p, WEAK - p), 0]
+                rows[OF_VOLUME][lane] = ti.select(p >= 0, q[VOLUME], WEAKNESS * q[VOLUME])
                 rows[OF_MU][lane] = scene.mu * q[STIFFNESS]
                 rows[OF_LAM][lane] = scene.lam * q[STIFFNESS]
             if p >= 0:
                 q, fibre = body[w, p, 0], body[w, p, 1]
-                rows[OF_VOLUME][lane] = q[VOLUME]
-                rows[OF_MU][lane] = scene.mu * q[STIFFNESS]
-                rows[OF_LAM][lane] = scene.lam * q[STIFFNESS]
                 rows[OF_TENSION][lane] = q[TENSION]
                 for d in ti.static(range(3)):
                     rows[OF_FIBRE + d][lane] = fibre[d]

@@ -29,7 +29,6 @@ LANES = 8
 _HOLDING = 4
 """Particles that hold the nodes of a cell."""
 
-
 _CORNERS = np.stack(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), axis=-1).reshape(-1, 3)
 _HALF_THE_NEIGHBOURS = [step for step in np.ndindex(3, 3, 3) if step > (1, 1, 1)] - np.ones(3, np.int64)
 _OFF_SITE = 1e-3
@@ -81,10 +80,9 @@ class RestCells:
         count, index = round(h / edge), cubes.astype(np.int64)  # cubes along the edge of a cell
         cells = index // count
         ids, keys = _split_nodes(index, cells)
-        order, particles = _grouped(ids)
+        order, particles, few = _grouped(ids)
         known = np.where(particles < 0, order[:, None], particles)  # lanes without a particle repeat the first
         at = (index % count + 0.5)[known] / count
-        few = _few(ids, order)
         for cell in np.flatnonzero(few):
             own = int((particles[cell] >= 0).sum())
             at[cell, own:] = _empty_sites(at[cell, :own])
@@ -129,21 +127,17 @@ def _split_nodes(cubes: NDArray[np.int64], cells: NDArray[np.int64]) -> tuple[ND
     return cast("NDArray[np.int64]", rank[ids].reshape(-1, 8)), places
 
 
-def _grouped(ids: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Particles with the same nodes, up to eight together: one particle of each group, and all of them, -1 for none."""
-    _, first, group = np.unique(ids, axis=0, return_index=True, return_inverse=True)
+def _grouped(ids: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
+    """Particles with the same nodes, up to eight together: one of each group, all of them, -1 for none, and whether too
+    few particles share these nodes to hold them."""
+    _, first, group, size = np.unique(ids, axis=0, return_index=True, return_inverse=True, return_counts=True)
     rank = np.argsort(np.argsort(first))[group.ravel()]
     rows: list[list[int]] = []
     for members in np.split(np.argsort(rank, kind="stable"), np.cumsum(np.bincount(rank))[:-1]):
         rows.extend(members[k : k + LANES].tolist() for k in range(0, len(members), LANES))
     particles = np.array([row + [-1] * (LANES - len(row)) for row in rows])
-    return particles[:, 0], particles
-
-
-def _few(ids: NDArray[np.int64], order: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Which cells have nodes that too few particles share, by one particle of each cell."""
-    _, group, size = np.unique(ids, axis=0, return_inverse=True, return_counts=True)
-    return size[group.ravel()][order] < _HOLDING
+    order = particles[:, 0]
+    return order, particles, size[group.ravel()][order] < _HOLDING
 
 
 def _empty_sites(taken: Array) -> Array:
