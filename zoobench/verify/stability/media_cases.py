@@ -10,7 +10,7 @@ from zoobench.sim.model.scene import Ground, Scene
 from zoobench.sim.solver import Solver
 from zoobench.verify.energies import medium_strain, to_array
 from zoobench.verify.stability import stability_scenes as scenes
-from zoobench.verify.stability.episode_recorder import EnergyHistory, EpisodeRecorder, case
+from zoobench.verify.stability.episode_recorder import GROWTH, EnergyHistory, EpisodeRecorder, case
 
 _H = scenes.SPACING
 
@@ -211,7 +211,8 @@ def buoyant_release(record: EpisodeRecorder) -> None:
     level = (16.0 - 162.0 / 18**2) * _H
     record.at_least("highest place of the block / level of the water", top / level, 1.0)
     record.at_most("particles per cell / initial", _densest_cell(solver) / 8, 3.0)
-    record.energy_bounded(energies)
+    # that it moves is shown by its rise: most of the energy is that of water which stays where it is
+    record.at_most("energy / initial", energies.growth, GROWTH)
     record.at_least("smallest J of the block", rollout.smallest_j.min(), 0.5)
     J = np.exp(medium_strain(solver)[0].sum(1))
     record.at_least("smallest J of the water", J.min(), 0.9)
