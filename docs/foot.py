@@ -19,7 +19,7 @@ from zoobench.envs.bed import Bed
 from zoobench.registry import Kind
 from zoobench.render import figures
 from zoobench.sim.model.fidelity import Fidelity
-from zoobench.sim.model.matter import ElasticMaterial
+from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.scene import Ground, Scene
 from zoobench.spec import Ref
 from zoobench.verify.validate.rig import WEIGHTLESS, Rig, bed, lattice, passive_body

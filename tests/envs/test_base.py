@@ -14,7 +14,7 @@ from zoobench.errors import SceneError, UsageError
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.ground_skin import heights_above
-from zoobench.sim.model.matter import SandMaterial
+from zoobench.sim.model.laws.sand import SandMaterial
 from zoobench.sim.model.scene import Effect
 from zoobench.spec import Ref
 

@@ -16,7 +16,7 @@ from zoobench.registry import Kind
 from zoobench.sim.equilibrium import equilibrated
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.lattice import fill_box, particle_volume
-from zoobench.sim.model.matter import ElasticMaterial
+from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.rollout import Rollout
 from zoobench.sim.model.scene import ElasticBody, Ground, Scene
 from zoobench.sim.model.standing import standing

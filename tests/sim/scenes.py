@@ -10,15 +10,13 @@ import numpy as np
 from zoobench.arrays import Array
 from zoobench.sim.model.fidelity import Fidelity, Kernel, Transfer
 from zoobench.sim.model.lattice import fill_box, particle_volume
-from zoobench.sim.model.matter import (
-    ClayMaterial,
-    ElasticMaterial,
-    Medium,
-    MudMaterial,
-    SandMaterial,
-    SnowMaterial,
-    WaterMaterial,
-)
+from zoobench.sim.model.laws.clay import ClayMaterial
+from zoobench.sim.model.laws.elastic import ElasticMaterial
+from zoobench.sim.model.laws.medium import Medium
+from zoobench.sim.model.laws.mud import MudMaterial
+from zoobench.sim.model.laws.sand import SandMaterial
+from zoobench.sim.model.laws.snow import SnowMaterial
+from zoobench.sim.model.laws.water import WaterMaterial
 from zoobench.sim.model.rollout import Gradient, Rollout
 from zoobench.sim.model.scene import Effect, ElasticBody, Ground, MediumBed, Scene
 from zoobench.sim.model.step_limits import choose_step

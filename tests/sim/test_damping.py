@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.sim import scenes
-from zoobench.sim.model.matter import ElasticMaterial
+from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.scene import ElasticBody
 from zoobench.sim.model.step_limits import isolated_particle_limit
 from zoobench.sim.solver import Solver

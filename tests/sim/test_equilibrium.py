@@ -11,7 +11,7 @@ import torch
 from tests.sim.scenes import fidelity, medium_scene
 from zoobench.sim import equilibrium as module
 from zoobench.sim.equilibrium import equilibrated, state_folder
-from zoobench.sim.model.matter import SandMaterial
+from zoobench.sim.model.laws.sand import SandMaterial
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.state import Matter
 from zoobench.sim.solver import Solver

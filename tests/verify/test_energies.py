@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from zoobench.sim.model.matter import lame_parameters
+from zoobench.sim.model.laws.elastic import lame_parameters
 from zoobench.sim.solver import Solver
 from zoobench.verify.energies import energy_balance
 from zoobench.verify.stability import stability_scenes as scenes

@@ -16,7 +16,8 @@ from zoobench.errors import SceneError, UsageError
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.grid_water import GridWater
 from zoobench.sim.model.ground_skin import SKIN, GroundSkin
-from zoobench.sim.model.matter import ElasticMaterial, WaterMaterial
+from zoobench.sim.model.laws.elastic import ElasticMaterial
+from zoobench.sim.model.laws.water import WaterMaterial
 from zoobench.sim.model.scene import EARTH_GRAVITY, ElasticBody, Ground, MediumBed, Scene, check_material
 from zoobench.sim.model.standing import standing
 from zoobench.sim.model.terrain import Terrain

@@ -10,7 +10,8 @@ from zoobench.arrays import Array
 from zoobench.errors import SceneError, UsageError
 from zoobench.sim.model.fidelity import Fidelity, Transfer
 from zoobench.sim.model.lattice import fill_box
-from zoobench.sim.model.matter import SMALLEST_RATIO, ClayMaterial, Medium, MudMaterial, WaterMaterial
+from zoobench.sim.model.laws.medium import Medium
+from zoobench.sim.model.laws.water import SMALLEST_RATIO, WaterMaterial
 from zoobench.sim.model.scene import MediumBed
 from zoobench.sim.model.terrain import Terrain
 
@@ -90,32 +91,11 @@ class Bed:
     def at_rest(self, positions: Array, room: Array, gravity: float) -> MediumBed:
         """The bed's matter at rest at `positions` `[n, 3]` [m] in the volumes `room` `[n]` [m^3]."""
         load = self.material.density * gravity * (self.thickness - positions[:, 1])
-        strains = rest_strains(self.material, load)
+        strains = self.material.rest_strains(load)
         if isinstance(self.material, WaterMaterial):
             room = room / np.exp(strains.sum(axis=1))
         bed = MediumBed.at_rest(self.material, positions, room, strains)
         return replace(bed, friction=self.robot_friction, transfer=self.transfer)
-
-
-def rest_strains(material: Medium, load: Array) -> Array:
-    """Principal elastic Hencky strains `[n, 3]` (x, y, z) of a confined column under a vertical load `[n]` [Pa].
-
-    The closed form for small strains: under the loads of a bed of centimetres they are some tenths of a percent. A
-    solid carries the load by eps_yy = -load / (lambda + 2 mu), with the deviatoric stress limited to the yield stress;
-    a fluid carries it by pressure alone.
-    """
-    mu, lam, *_ = material.constants
-    bulk = lam + 2.0 / 3.0 * mu
-    deviator = np.array([1.0, -2.0, 1.0]) / 3.0  # of a unit strain -1 along y
-    if isinstance(material, WaterMaterial):
-        mean, shear = load / bulk, np.zeros_like(load)
-    else:
-        shear = load / (lam + 2.0 * mu)
-        if isinstance(material, ClayMaterial | MudMaterial):
-            # |dev tau| = 2 mu sqrt(2/3) shear
-            shear = np.minimum(shear, material.yield_stress / (2.0 * mu * np.sqrt(2.0 / 3.0)))
-        mean = (load - 2.0 * mu * 2.0 / 3.0 * shear) / bulk
-    return -mean[:, None] / 3.0 + shear[:, None] * deviator
 
 
 def lifted(bed: MediumBed, terrain: Terrain) -> MediumBed:

@@ -6,7 +6,7 @@ from zoobench.envs.hills import LEVEL, Hills
 from zoobench.envs.physics import LAND, Elasticity, Physics
 from zoobench.envs.profile import LEVEL_WAY, Profile
 from zoobench.registry import Kind, register
-from zoobench.sim.model.matter import ClayMaterial
+from zoobench.sim.model.laws.clay import ClayMaterial
 
 # E and nu of SoftZoo's reference implementation, whose media all have the density of water
 CLAY = Elasticity(medium_density=1800.0)

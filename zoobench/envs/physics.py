@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from zoobench.errors import UsageError
 from zoobench.sim.model.grid_water import GridWater
 from zoobench.sim.model.ground_skin import SKIN, GroundSkin
-from zoobench.sim.model.matter import ElasticMaterial, WaterMaterial
+from zoobench.sim.model.laws.elastic import ElasticMaterial
+from zoobench.sim.model.laws.water import WaterMaterial
 
 _LEAST_DENSITY = 1e-3  # of a robot [kg/m^3]
 

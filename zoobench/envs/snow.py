@@ -6,7 +6,7 @@ from zoobench.envs.hills import LEVEL, Hills
 from zoobench.envs.physics import LAND, Elasticity, Physics
 from zoobench.envs.profile import LEVEL_WAY, Profile
 from zoobench.registry import Kind, register
-from zoobench.sim.model.matter import SnowMaterial
+from zoobench.sim.model.laws.snow import SnowMaterial
 
 # nu, theta_c, theta_s and rho of Stomakhin et al. 2013, table 2; E 1e5 Pa as in SoftZoo's reference implementation
 SNOW = Elasticity(medium_density=400.0)

@@ -6,7 +6,7 @@ from zoobench.envs.hills import LEVEL, Hills
 from zoobench.envs.physics import LAND, Elasticity, Physics
 from zoobench.envs.profile import LEVEL_WAY, Profile
 from zoobench.registry import Kind, register
-from zoobench.sim.model.matter import MudMaterial
+from zoobench.sim.model.laws.mud import MudMaterial
 
 # E and nu of SoftZoo's reference implementation, whose media all have the density of water
 MUD = Elasticity(medium_density=1400.0)

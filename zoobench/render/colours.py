@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from zoobench.arrays import Array
+from zoobench.sim.model.laws.water import WaterMaterial
 from zoobench.sim.model.scene import Scene
 
 Colour = tuple[float, float, float]
@@ -17,13 +18,6 @@ PASSIVE: Colour = (0.66, 0.66, 0.66)
 NO_MUSCLE: tuple[str, str | Colour] = ("no muscle", PASSIVE)
 """Its entry in a legend."""
 
-_MEDIA: dict[str, Colour] = {
-    "sand": (0.88, 0.74, 0.48),
-    "clay": (0.72, 0.45, 0.34),
-    "mud": (0.46, 0.38, 0.27),
-    "snow": (0.97, 0.98, 1.0),
-    "water": (0.36, 0.62, 0.88),
-}
 _ROUGH: Colour = (0.62, 0.59, 0.54)
 _SLIPPERY: Colour = (0.74, 0.88, 0.96)
 _LOW_FRICTION = 0.2  # bare ground with less is drawn as ice
@@ -32,9 +26,9 @@ _LOW_FRICTION = 0.2  # bare ground with less is drawn as ice
 def medium_colour(scene: Scene) -> Colour:
     """Of the medium of a scene that has one."""
     if scene.water is not None:
-        return _MEDIA["water"]
+        return WaterMaterial.colour
     assert scene.medium is not None
-    return _MEDIA[scene.medium.material.law.name.lower()]
+    return scene.medium.material.colour
 
 
 def ground_colour(scene: Scene) -> Colour:

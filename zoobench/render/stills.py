@@ -62,7 +62,7 @@ def titles(shot: Snapshot, *, small: bool = False) -> tuple[str, str]:
     """Environment, fidelity, particles and moment in words, on two lines."""
     count = f"{shot.robot.shape[1] + shot.medium.shape[1]:,} particles"
     medium = shot.scene.medium
-    below = "bare ground" if medium is None else medium.material.law.name.lower()
+    below = "bare ground" if medium is None else medium.material.name
     if shot.scene.water is not None:
         below = "water"
     if small:

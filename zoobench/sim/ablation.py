@@ -12,6 +12,7 @@ from zoobench.sim import runtime
 from zoobench.sim.kernels.array_types import Rows, Scalars
 from zoobench.sim.kernels.columns import add, diagonal, from_symmetric, lanes, matmul, scale, to_symmetric
 from zoobench.sim.kernels.flip import divide_node
+from zoobench.sim.kernels.laws.media import deform_medium, elastic_trial
 from zoobench.sim.kernels.layout import (
     BEFORE,
     MASS,
@@ -27,14 +28,12 @@ from zoobench.sim.kernels.layout import (
     scene_constants,
     symmetric,
 )
-from zoobench.sim.kernels.media import deform_medium, elastic_trial
 from zoobench.sim.kernels.serial import clear, update_nodes
 from zoobench.sim.kernels.splines import stencil, weights
 from zoobench.sim.kernels.substep import is_robot, linear_motion, particle_stress, to_grid
 from zoobench.sim.kernels.symmetric import eigen_symmetric
 from zoobench.sim.kernels.transfer import AFLIP, gather_affine
 from zoobench.sim.kernels.two_fields import layer, layers
-from zoobench.sim.model.matter import DECOMPOSED
 from zoobench.sim.model.state import empty_matter
 from zoobench.sim.model.tensors import lazy_zeros
 from zoobench.sim.simulation import Simulation
@@ -90,9 +89,9 @@ def particle_part(
             if ti.static(part == DEFORM):
                 deformation = columns(state, 0, w, p, F)
                 put_columns(state, 1, w, p, F, add(deformation, matmul(change, deformation)))
-        elif ti.static(part == DEFORM):
+        elif ti.static(part == DEFORM and variant.has_medium):
             deform_medium(state, 0, 1, w, p, step, 1.0 + 0.0 * dt, 1.0 + 0.0 * dt, scene, dt, variant.law)
-        else:
+        elif ti.static(part == DECOMPOSITION):
             trial = elastic_trial(step, from_symmetric(symmetric(state, 0, w, p, STRAIN)))
             squares, frame = eigen_symmetric(to_symmetric(trial))
             state[1, w, p, V] = lanes(squares[0], squares[1], squares[2], 0.0)
@@ -113,7 +112,7 @@ def repeat_part(
     """`count` repetitions of one part in every world, from slot 0."""
     ti.loop_config(serialize=True)
     for w in range(state.shape[1]):
-        scene = scene_constants(constants)
+        scene = scene_constants(constants, variant.law)
         nodes, spare = box(window, 0, w), grid.shape[1] // 2
         size = layers(variant) * nodes.size
         for _ in range(count):
@@ -145,8 +144,8 @@ class Ablation:
     @property
     def parts(self) -> list[SubstepPart]:
         """The parts that the scene calls for."""
-        law = self._sim.launcher.variant.law
-        return [part for part in SubstepPart if part is not SubstepPart.DECOMPOSITION or law in DECOMPOSED]
+        decomposed = self._sim.launcher.variant.decomposed
+        return [part for part in SubstepPart if part is not SubstepPart.DECOMPOSITION or decomposed]
 
     def repeat(self, part: SubstepPart, count: int, dt: float) -> None:
         """Repeat one part `count` times, with a step of `dt` [s]."""

@@ -1,5 +1,6 @@
 """Launches of kernels: compiled for a scene's effects, with its constants, and counted."""
 
+import importlib
 import math
 from collections import Counter
 
@@ -12,7 +13,8 @@ from zoobench.errors import SceneError, UsageError
 from zoobench.sim import launch_clock
 from zoobench.sim.kernels import half_step, serial, sleep_survey, survey
 from zoobench.sim.kernels.boundary import NONE, PLANE, TERRAIN, WALL_NODES
-from zoobench.sim.kernels.layout import BEFORE, CONSTANTS, MEDIUM_CONSTANTS, MOMENTUM, PUSH, RATIO, VELOCITY, Variant
+from zoobench.sim.kernels.laws.law import Law
+from zoobench.sim.kernels.layout import BEFORE, CONSTANTS, MOMENTUM, PUSH, RATIO, VELOCITY, Variant
 from zoobench.sim.kernels.transfer import AFLIP, APIC, PIC
 from zoobench.sim.kernels.water_grid import immersed, water_layout
 from zoobench.sim.launch import Launch
@@ -20,7 +22,8 @@ from zoobench.sim.model.fidelity import Fidelity, Transfer
 from zoobench.sim.model.grid_water import LEAST_CELLS, solver_modes
 from zoobench.sim.model.ground_skin import GroundSkin
 from zoobench.sim.model.launch_plan import LaunchPlan
-from zoobench.sim.model.matter import DECOMPOSED, Law, lame_parameters
+from zoobench.sim.model.laws.elastic import lame_parameters
+from zoobench.sim.model.laws.medium import Medium
 from zoobench.sim.model.scene import Effect, Scene, has_fbar, has_skin, medium_transfer
 from zoobench.sim.model.state import Matter, Parameters
 from zoobench.sim.model.tensors import LARGEST_ARRAY, lazy_zeros
@@ -57,9 +60,7 @@ class Launcher:
         self.launches: Counter[str] = Counter()
         launch_clock.watch(self)
         self.constants = self._list_constants()
-        law = int(scene.medium.material.law) if scene.medium else 0
-        work = [str(effect) for effect in sorted(scene.effects)] + ["decomposition"] * (law in DECOMPOSED)
-        self._work = {way: [f"{way} {each}" for each in work] for way in ("forward", "reverse")}
+        law = law_of(scene.medium.material) if scene.medium else None
         self.variant = Variant(
             muscle=Effect.MUSCLE in scene.effects,
             damping=Effect.DAMPING in scene.effects,
@@ -71,10 +72,12 @@ class Launcher:
             transfer=APIC if scene.water else _TRANSFERS[fidelity.transfer],
             medium_transfer=_TRANSFERS[medium_transfer(scene, fidelity)],
             # not where all worlds are simulated at once: the particles awake are visited in an order
-            sleep=fidelity.sleep > 0.0 and law not in (0, Law.WATER) and not parallel,
+            sleep=fidelity.sleep > 0.0 and law is not None and not law.is_liquid and not parallel,
             two_fields=Effect.CONTACT in scene.effects,
             fbar=has_fbar(scene, fidelity),
         )
+        work = [str(effect) for effect in sorted(scene.effects)] + ["decomposition"] * self.variant.decomposed
+        self._work = {way: [f"{way} {each}" for each in work] for way in ("forward", "reverse")}
         if parallel and scene.water:
             raise UsageError("Water on a grid is simulated on one thread. Use the CPU, or water of particles.")
         self._layers = 2 if self.variant.two_fields else 1
@@ -88,7 +91,7 @@ class Launcher:
         self._kept = 0
         # Taichi's own optimisation gains a twentieth on a robot alone; beside a medium it only triples compiling
         self._advance, self._reverse, self._survey = (
-            Launch(kernel, optimised=law == 0) for kernel in (serial.advance, serial.reverse, survey.survey)
+            Launch(kernel, optimised=law is None) for kernel in (serial.advance, serial.reverse, survey.survey)
         )
         self._find_sleepers = Launch(sleep_survey.find_sleepers)
         self._scatter_first = Launch(half_step.scatter_first)
@@ -249,7 +252,6 @@ class Launcher:
         scene = self._scene
         mu, lam = lame_parameters(scene.robot.material.youngs_modulus, scene.robot.material.poissons_ratio)
         bed = scene.water or (scene.medium.material if scene.medium else None)
-        medium = bed.constants if bed else (0.0,) * 5
         friction = scene.ground.friction if scene.ground else 0.0
         skin = scene.ground.skin if scene.ground else GroundSkin()
         full = self._fidelity.grid_spacing**3
@@ -257,14 +259,13 @@ class Launcher:
         density = scene.medium.material.density if scene.medium else 0.0
         given = {
             "spacing": self._fidelity.grid_spacing, "mu": mu, "lam": lam, "eta": scene.robot.material.viscosity,
-            **dict(zip(MEDIUM_CONSTANTS, medium, strict=True)),
             **dict(zip(("g_x", "g_y", "g_z"), scene.gravity, strict=True)), "friction": friction,
             **dict(zip(("nodes_x", "nodes_y", "nodes_z"), self.shape, strict=True)),
             "robot": scene.robot.particle_count, "skin_thickness": skin.thickness, "skin_rate": skin.rate,
             "edge": scene.robot_edge(self._fidelity), "interface_friction": slip,
             "robot_full": scene.robot.material.density * full, "medium_full": density * full,
         }  # fmt: skip
-        listed = [given[name] for name in CONSTANTS]
+        listed = [given[name] for name in CONSTANTS] + ([getattr(bed, name) for name in bed.constants] if bed else [])
         return torch.tensor(listed, dtype=self._real, device=self._device)
 
     def _fields(self) -> set[int]:
@@ -304,12 +305,18 @@ class Launcher:
         return lazy_zeros((self.fields, self._own_nodes + kept, 4), self._real, self._device)
 
 
+def law_of(material: Medium) -> Law:
+    """The law of a medium for kernels."""
+    found = importlib.import_module(material.kernels).LAW
+    assert isinstance(found, Law)
+    return found
+
+
 def kept_fields(scene: Scene, fidelity: Fidelity) -> int:
     """Fields of the grid that are kept for the reverse; none of water on a grid, which computes them again."""
     if scene.water:
         return 0
-    water = scene.medium is not None and scene.medium.material.law == Law.WATER
-    ratio = water or has_fbar(scene, fidelity)
+    ratio = (scene.medium is not None and scene.medium.material.is_liquid) or has_fbar(scene, fidelity)
     before = fidelity.transfer == "aflip" or (scene.medium is not None and medium_transfer(scene, fidelity) == "aflip")
     layers = 2 if Effect.CONTACT in scene.effects else 1
     return layers * (1 + before + has_skin(scene) + ratio)

@@ -8,8 +8,6 @@ import numpy as np
 from zoobench.arrays import Array
 from zoobench.sim.kernels.elastic import SMALLEST_J
 from zoobench.sim.model.ground_skin import heights_above
-from zoobench.sim.model.laws_numpy import medium_energy
-from zoobench.sim.model.matter import Law
 from zoobench.sim.model.scene import has_skin
 from zoobench.sim.solver import Solver
 
@@ -122,7 +120,7 @@ def _elastic(solver: Solver) -> tuple[float, float]:
     medium = solver.scene.medium
     if medium is not None:
         strain, history = medium_strain(solver)
-        energy += float(volume[count:] @ medium_energy(medium.material, strain, history))
+        energy += float(volume[count:] @ medium.material.energy(strain, history))
         smallest = min(smallest, float(np.exp(strain.sum(1)).min()))
     return energy, smallest
 
@@ -135,7 +133,7 @@ def medium_strain(solver: Solver) -> tuple[Array, Array]:
     medium = solver.scene.medium
     assert medium is not None
     history = to_array(solver.matter.history[0, 0])
-    if medium.material.law is Law.WATER:
+    if medium.material.is_liquid:
         strain = np.zeros((len(history), 3))
         strain[:, 0] = np.log(np.maximum(history, np.finfo(float).tiny))
         return strain, history

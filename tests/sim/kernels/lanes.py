@@ -9,6 +9,7 @@ import torch
 
 from zoobench.arrays import Array
 from zoobench.sim import runtime
+from zoobench.sim.kernels.laws.water import LAW
 from zoobench.sim.kernels.layout import CONSTANTS
 
 
@@ -47,8 +48,8 @@ def matrices(rows: torch.Tensor) -> Array:
 
 def constants(nodes: int, spacing: float = 1.0, density: float = 1.0) -> Array:
     """Those of a cubic grid, with water of a density."""
-    given = {"spacing": spacing, "medium_3": density, "nodes_x": nodes, "nodes_y": nodes, "nodes_z": nodes}
-    return np.array([given.get(name, 0.0) for name in CONSTANTS], dtype=float)
+    given = {"spacing": spacing, "density": density, "nodes_x": nodes, "nodes_y": nodes, "nodes_z": nodes}
+    return np.array([given.get(name, 0.0) for name in (*CONSTANTS, *LAW.constants)], dtype=float)
 
 
 def grid(fields: int, nodes: int, field: int, values: Array) -> Array:

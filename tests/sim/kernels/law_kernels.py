@@ -6,9 +6,8 @@ import taichi as ti
 
 from zoobench.sim.kernels.array_types import Rows, Scalars
 from zoobench.sim.kernels.columns import lanes, matrix, to_symmetric
-from zoobench.sim.kernels.corotated import snow_update, snow_update_adjoint
-from zoobench.sim.kernels.hencky import hencky_update, hencky_update_adjoint
-from zoobench.sim.kernels.media import SNOW, shear_rate
+from zoobench.sim.kernels.laws.media import shear_rate
+from zoobench.sim.kernels.layout import by_name
 from zoobench.sim.kernels.power_series import (
     EXPONENTIAL,
     HALF_LOGARITHM,
@@ -28,11 +27,18 @@ from zoobench.sim.kernels.symmetric import (
     square,
     unit,
 )
-from zoobench.sim.kernels.water import water_pressure
 
 Vectors = ti.types.ndarray(dtype=ti.types.vector(3, float))
 Matrices = ti.types.ndarray(dtype=ti.types.matrix(3, 3, float))
 Symmetric = ti.types.ndarray(dtype=ti.types.vector(6, float))
+
+
+def medium_of(constants, law):
+    """The constants of a medium by name."""
+    return ti.Struct(**by_name(constants, law.constants))
+
+
+medium_of._is_taichi_function = False
 
 
 @ti.func
@@ -51,17 +57,13 @@ def pack(a):
 @ti.kernel
 def medium_all(
     b: Matrices, history: Scalars, b_new: Matrices, after: Scalars, stress: Matrices,
-    c0: float, c1: float, c2: float, c3: float, c4: float, law: ti.template(),
+    constants: Scalars, law: ti.template(),
 ):  # fmt: skip
     """Update of a solid medium."""
     for p in range(b.shape[0]):
-        constants = ti.Vector([c0, c1, c2, c3, c4])
+        medium = medium_of(constants, law)
         trial = pack(b[p])
-        packed, kept, tau = trial, history[p], trial
-        if ti.static(law == SNOW):
-            packed, kept, tau = snow_update(trial, history[p], constants)
-        else:
-            packed, kept, tau = hencky_update(trial, history[p], constants, law)
+        packed, kept, tau = law.update(trial, history[p], medium, law)
         b_new[p], after[p], stress[p] = unpack(packed), kept, unpack(tau)
 
 
@@ -69,19 +71,13 @@ def medium_all(
 def medium_back_all(
     b: Matrices, history: Scalars, b_adjoint: Matrices, new_history_adjoint: Scalars, stress_adjoint: Matrices,
     trial_adjoint: Matrices, history_adjoint: Scalars,
-    c0: float, c1: float, c2: float, c3: float, c4: float, law: ti.template(),
+    constants: Scalars, law: ti.template(),
 ):  # fmt: skip
     """Adjoint of the update."""
     for p in range(b.shape[0]):
-        constants = ti.Vector([c0, c1, c2, c3, c4])
+        medium = medium_of(constants, law)
         trial, first, second = pack(b[p]), pack(b_adjoint[p]), pack(stress_adjoint[p])
-        packed, past = trial, history[p]
-        if ti.static(law == SNOW):
-            packed, past = snow_update_adjoint(trial, history[p], first, new_history_adjoint[p], second, constants)
-        else:
-            packed, past = hencky_update_adjoint(
-                trial, history[p], first, new_history_adjoint[p], second, constants, law
-            )
+        packed, past = law.update_adjoint(trial, history[p], first, new_history_adjoint[p], second, medium, law)
         trial_adjoint[p], history_adjoint[p] = unpack(packed), past
 
 
@@ -94,26 +90,18 @@ def _join(lanes: ti.template(), p):
 @ti.kernel
 def medium_native(
     state: Rows, adjoint: Rows, stress_adjoint: Rows, new: Rows, stress: Rows, back: Rows,
-    c0: float, c1: float, c2: float, c3: float, c4: float, law: ti.template(),
+    constants: Scalars, law: ti.template(),
 ):  # fmt: skip
     """The update and its adjoint from arrays of four lanes, `[particles, 2]`: six numbers of a tensor and one more."""
     for p in range(state.shape[0]):
-        constants = ti.Vector([c0, c1, c2, c3, c4])
+        medium = medium_of(constants, law)
         trial, history = _join(state, p)
         b_adjoint, left_adjoint = _join(adjoint, p)
         tau_adjoint, _ = _join(stress_adjoint, p)
-        b, left, tau = trial, history, trial
-        trial_adjoint, history_adjoint = trial, history
-        if ti.static(law == SNOW):
-            b, left, tau = snow_update(trial, history, constants)
-            trial_adjoint, history_adjoint = snow_update_adjoint(
-                trial, history, b_adjoint, left_adjoint, tau_adjoint, constants
-            )
-        else:
-            b, left, tau = hencky_update(trial, history, constants, law)
-            trial_adjoint, history_adjoint = hencky_update_adjoint(
-                trial, history, b_adjoint, left_adjoint, tau_adjoint, constants, law
-            )
+        b, left, tau = law.update(trial, history, medium, law)
+        trial_adjoint, history_adjoint = law.update_adjoint(
+            trial, history, b_adjoint, left_adjoint, tau_adjoint, medium, law
+        )
         new[p, 0], new[p, 1] = ti.Vector([b[0], b[1], b[2], b[3]]), ti.Vector([b[4], b[5], left, 0.0])
         stress[p, 0], stress[p, 1] = ti.Vector([tau[0], tau[1], tau[2], tau[3]]), ti.Vector([tau[4], tau[5], 0.0, 0.0])
         a = trial_adjoint
@@ -121,10 +109,10 @@ def medium_native(
 
 
 @ti.kernel
-def water_all(J: Scalars, pressure: Scalars, derivative: Scalars, bulk: float, exponent: float):
+def water_all(J: Scalars, pressure: Scalars, derivative: Scalars, constants: Scalars, law: ti.template()):
     """Kirchhoff pressure of water and its derivative."""
     for p in range(J.shape[0]):
-        value, rise = water_pressure(J[p], ti.Vector([0.0, bulk, exponent, 0.0, 0.0]))
+        value, rise = law.pressure(J[p], medium_of(constants, law))
         pressure[p] = value
         derivative[p] = rise
 

@@ -7,8 +7,12 @@ import numpy as np
 from tests.sim import scenes
 from tests.sim.kernels.lanes import compiled, symmetric, tensors
 from tests.sim.kernels.law_kernels import medium_all, medium_back_all, medium_native, packed, unpacked
-from zoobench.sim.model import laws_numpy as laws
-from zoobench.sim.model.matter import ClayMaterial, MudMaterial, SandMaterial, SnowMaterial
+from zoobench.sim.launcher import law_of
+from zoobench.sim.model.laws.clay import ClayMaterial
+from zoobench.sim.model.laws.medium import Medium
+from zoobench.sim.model.laws.mud import MudMaterial
+from zoobench.sim.model.laws.sand import SandMaterial
+from zoobench.sim.model.laws.snow import SnowMaterial
 
 Solid = SandMaterial | ClayMaterial | MudMaterial | SnowMaterial
 Triple = tuple[np.ndarray, np.ndarray, np.ndarray]
@@ -18,14 +22,19 @@ CLAY = ClayMaterial(youngs_modulus=1e4, poissons_ratio=0.3, density=1800.0, yiel
 MUD = MudMaterial(youngs_modulus=1e4, poissons_ratio=0.3, density=1400.0, yield_stress=200.0, viscosity=1.0)
 SNOW = replace(scenes.SNOW, youngs_modulus=1e4, poissons_ratio=0.3)
 SOLIDS: dict[str, Solid] = {"sand": SAND, "clay": CLAY, "mud": MUD, "snow": SNOW}
-MU, LAM = SAND.constants[:2]
+MU, LAM = SAND.lame
+
+
+def constants(material: Medium) -> np.ndarray:
+    """Those that kernels have."""
+    return np.array([getattr(material, name) for name in material.constants])
 
 
 def update(material: Solid, b: np.ndarray, history: np.ndarray, precision: int = 64) -> Triple:
     """The kernel's elastic b, new history and stress."""
-    given = tensors(precision, b, history, 0 * b, 0 * history, 0 * b)
-    medium_all(*given, *material.constants, int(material.law))
-    elastic, after, stress = (t.double().numpy() for t in given[2:])
+    given = tensors(precision, b, history, 0 * b, 0 * history, 0 * b, constants(material))
+    medium_all(*given, law_of(material))
+    elastic, after, stress = (t.double().numpy() for t in given[2:5])
     return elastic, after, stress
 
 
@@ -33,24 +42,21 @@ def twin_update(material: Solid, b: np.ndarray, history: np.ndarray) -> Triple:
     """The NumPy laws' elastic b, new history and stress, from trial b `[..., 3, 3]` and history `[...]`."""
     squares, frame = np.linalg.eigh(b)
     strain = 0.5 * np.log(squares)
-    if isinstance(material, SnowMaterial):
-        elastic, after = laws.snow_return(material, strain, history)
-    else:
-        elastic, after, _ = laws.radial_return(material, strain, history)
+    elastic, after = material.returned(strain, history)
 
     def assemble(values: np.ndarray) -> np.ndarray:
         assembled: np.ndarray = np.einsum("...ij,...j,...kj->...ik", frame, values, frame)
         return assembled
 
-    return assemble(np.exp(2.0 * elastic)), after, assemble(laws.principal_stress(material, elastic, after))
+    return assemble(np.exp(2.0 * elastic)), after, assemble(material.stress(elastic, after))
 
 
 def update_adjoint(
     material: Solid, b: np.ndarray, history: np.ndarray, adjoints: Triple, precision: int = 64
 ) -> tuple[np.ndarray, np.ndarray]:
     """The kernel's adjoints by b and history, from those of elastic b, new history and stress."""
-    given = tensors(precision, b, history, *adjoints, 0 * b, 0 * history)
-    medium_back_all(*given, *material.constants, int(material.law))
+    given = tensors(precision, b, history, *adjoints, 0 * b, 0 * history, constants(material))
+    medium_back_all(*given, law_of(material))
     return given[5].double().numpy(), given[6].double().numpy()
 
 
@@ -60,10 +66,10 @@ def native(material: Solid, b: np.ndarray, history: np.ndarray, adjoints: Triple
     for array, matrices, numbers in zip(lanes[:2], (b, adjoints[0]), (history, adjoints[1]), strict=False):
         array.reshape(-1, 8)[:, :7] = np.concatenate([packed(matrices), numbers[:, None]], 1)
     lanes[2].reshape(-1, 8)[:, :6] = packed(adjoints[2])
-    given = tensors(64, *lanes[:3], lanes[3], lanes[3], lanes[4])
+    given = tensors(64, *lanes[:3], lanes[3], lanes[3], lanes[4], constants(material))
     with compiled():
-        medium_native(*given, *material.constants, int(material.law))
-    elastic, stress, back = (t.numpy().reshape(-1, 8) for t in given[3:])
+        medium_native(*given, law_of(material))
+    elastic, stress, back = (t.numpy().reshape(-1, 8) for t in given[3:6])
     return [unpacked(elastic), elastic[:, 6], unpacked(stress), unpacked(back), back[:, 6]]
 
 
@@ -74,7 +80,7 @@ def assemble(turns: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 def rest_history(material: Solid, count: int) -> np.ndarray:
     """The history of a state at rest."""
-    return np.full(count, 1.0 if isinstance(material, SnowMaterial) else 0.0)
+    return material.rest_history(np.zeros((count, 3)))
 
 
 def states(material: Solid, count: int, seed: int = 4) -> tuple[np.ndarray, np.ndarray]:

@@ -26,6 +26,7 @@ from zoobench.sim.kernels.drift import (
     scatter_ratio,
     scatter_ratio_adjoint,
 )
+from zoobench.sim.kernels.laws.water import LAW
 from zoobench.sim.kernels.layout import RATIO, scene_constants
 from zoobench.sim.kernels.splines import CUBIC, QUADRATIC, stencil, weight_derivatives, weights
 from zoobench.sim.model.rollout import Gradient
@@ -44,7 +45,7 @@ def ratios_all(
     """J of water particles after relaxation to the local mean, and its adjoints."""
     ti.loop_config(serialize=True)
     for _ in range(1):
-        scene = scene_constants(constants)
+        scene = scene_constants(constants, LAW)
         nodes = arena(scene)
         for p in range(x.shape[0]):
             at = stencil(x[p], scene, nodes, width)

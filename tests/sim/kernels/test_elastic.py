@@ -17,8 +17,8 @@ from zoobench.sim.kernels.elastic import (
     viscous,
 )
 from zoobench.sim.kernels.layout import columns, put_columns
-from zoobench.sim.model import laws_numpy as twins
-from zoobench.sim.model.matter import lame_parameters
+from zoobench.sim.model.laws import elastic as twins
+from zoobench.sim.model.laws.elastic import lame_parameters
 
 MU, LAM = lame_parameters(1e4, 0.3)
 PRECISIONS = pytest.mark.parametrize(("precision", "tolerance"), [(64, 1e-12), (32, 1e-6)])

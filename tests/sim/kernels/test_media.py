@@ -9,6 +9,7 @@ from tests.sim.kernels.law_kernels import shear_rate_all, water_all
 from tests.sim.kernels.media_laws import (
     MU,
     SOLIDS,
+    constants,
     deviators,
     native,
     rest_history,
@@ -20,8 +21,10 @@ from tests.sim.kernels.media_laws import (
     update_adjoint,
 )
 from zoobench.sim.kernels.power_series import NEAR
-from zoobench.sim.model import laws_numpy as twins
-from zoobench.sim.model.matter import LARGEST_PLASTIC, SMALLEST_PLASTIC, SandMaterial, SnowMaterial, WaterMaterial
+from zoobench.sim.launcher import law_of
+from zoobench.sim.model.laws.sand import SandMaterial
+from zoobench.sim.model.laws.snow import LARGEST_PLASTIC, SMALLEST_PLASTIC, SnowMaterial
+from zoobench.sim.model.laws.water import WaterMaterial
 
 PRECISIONS = pytest.mark.parametrize(("precision", "tolerance"), [(64, 1e-12), (32, 1e-6)])
 EVERY_SOLID = pytest.mark.parametrize("name", SOLIDS)
@@ -91,9 +94,9 @@ def test_native_vectors_give_the_same(name: str) -> None:
 def test_water_agrees_with_its_twin(precision: int, tolerance: float) -> None:
     """Pressure from strong compression to cavity."""
     (J,) = rounded(precision, np.linspace(0.5, 1.5, 401))
-    given = tensors(precision, J, 0 * J, 0 * J)
-    water_all(*given, WATER.bulk_modulus, WATER.exponent)
-    expected = twins.water_pressure(WATER, J)
+    given = tensors(precision, J, 0 * J, 0 * J, constants(WATER))
+    water_all(*given, law_of(WATER))
+    expected = WATER.pressure(J)
     assert (np.abs(given[1].double().numpy() - expected) <= tolerance * np.maximum(expected, WATER.bulk_modulus)).all()
 
 
@@ -109,8 +112,8 @@ def test_rest_is_free_of_stress(name: str) -> None:
 
 def test_water_at_rest_bears_no_pressure() -> None:
     """None at J = 1 and none in a cavity."""
-    given = tensors(64, np.array([1.0, 1.2, 0.99]), np.ones(3), np.ones(3))
-    water_all(*given, WATER.bulk_modulus, WATER.exponent)
+    given = tensors(64, np.array([1.0, 1.2, 0.99]), np.ones(3), np.ones(3), constants(WATER))
+    water_all(*given, law_of(WATER))
     assert given[1][:2].tolist() == given[2][:2].tolist() == [0.0, 0.0]
     assert given[1][2] > 0
 
@@ -169,7 +172,7 @@ def test_sand_never_leaves_its_yield_cone(precision: int) -> None:
 def test_clay_and_mud_never_leave_their_yield_surface(name: str, precision: int) -> None:
     """|dev tau| <= y after the return of 10,000 random states, to 1e-5 relative; many of them reach it."""
     material = SOLIDS[name]
-    bound = material.constants[2]
+    bound = material.yield_stress
     _, _, tau = update(material, *states(material, 10_000), precision)
     size, noise = deviators(tau), _noise(precision)
     assert (size <= bound * (1 + 1e-5) + noise).all()
@@ -244,10 +247,10 @@ def test_bed_at_rest_is_at_rest_for_the_kernel(name: str) -> None:
     """The stress that a bed starts with is the one that the kernel gives its strain and history."""
     material = scenes.MEDIA[name]
     principal = np.array([[-0.0032, -0.003, -0.0031]])
-    expected = twins.principal_stress(material, principal)
+    expected = material.stress(principal)
     if isinstance(material, WaterMaterial):
-        given = tensors(64, np.exp(principal.sum(1)), np.zeros(1), np.zeros(1))
-        water_all(*given, material.bulk_modulus, material.exponent)
+        given = tensors(64, np.exp(principal.sum(1)), np.zeros(1), np.zeros(1), constants(material))
+        water_all(*given, law_of(material))
         assert expected[0] == pytest.approx(np.full(3, -given[1].item()), rel=1e-12)
     else:
         b, history = np.diag(np.exp(2 * principal[0]))[None], rest_history(material, 1)

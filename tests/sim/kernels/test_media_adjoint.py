@@ -13,6 +13,7 @@ from tests.sim.kernels.media_laws import (
     Solid,
     Triple,
     assemble,
+    constants,
     rest_history,
     states,
     states_of_size,
@@ -20,7 +21,10 @@ from tests.sim.kernels.media_laws import (
     update_adjoint,
 )
 from zoobench.sim.kernels.power_series import NEAR
-from zoobench.sim.model.matter import SandMaterial, SnowMaterial, WaterMaterial
+from zoobench.sim.launcher import law_of
+from zoobench.sim.model.laws.sand import SandMaterial
+from zoobench.sim.model.laws.snow import SnowMaterial
+from zoobench.sim.model.laws.water import WaterMaterial
 
 EVERY_SOLID = pytest.mark.parametrize("name", SOLIDS)
 DISTANCES = (1e-4, 1e-5, 1e-6, 1e-7)
@@ -165,8 +169,8 @@ def test_derivative_of_water_pressure_matches_differences() -> None:
     J, e = np.concatenate([np.linspace(0.6, 0.99, 40), [1.01, 1.2]]), 1e-6
 
     def both(at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        given = tensors(64, at, 0 * at, 0 * at)
-        water_all(*given, material.bulk_modulus, material.exponent)
+        given = tensors(64, at, 0 * at, 0 * at, constants(material))
+        water_all(*given, law_of(material))
         return given[1].numpy(), given[2].numpy()
 
     derivative = both(J)[1]

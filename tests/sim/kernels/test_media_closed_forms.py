@@ -6,7 +6,8 @@ import pytest
 from tests.sim.kernels.lanes import symmetric
 from tests.sim.kernels.media_laws import LAM, MU, MUD, SAND, SOLIDS, Solid, rest_history, update
 from tests.sim.scenes import SNOW
-from zoobench.sim.model.matter import ClayMaterial, SandMaterial
+from zoobench.sim.model.laws.clay import ClayMaterial
+from zoobench.sim.model.laws.sand import SandMaterial
 
 
 def _shear(material: Solid, b: np.ndarray, strain: float, steps: int) -> tuple[np.ndarray, np.ndarray]:
@@ -57,7 +58,7 @@ def test_no_yield_below_the_yield_stress(name: str) -> None:
     rng = np.random.default_rng(3)
     deviator = rng.normal(size=(200, 3))
     deviator -= deviator.mean(1, keepdims=True)
-    deviator *= solid.constants[2] / (2 * MU) / np.linalg.norm(deviator, axis=1, keepdims=True)
+    deviator *= solid.yield_stress / (2 * MU) / np.linalg.norm(deviator, axis=1, keepdims=True)
     volume = rng.uniform(-0.1, 0.1, (200, 1))
     for factor, kept in ((0.999, 0.999), (1.001, 1.0)):
         b = np.exp(2 * (factor * deviator + volume))[:, :, None] * np.eye(3)
@@ -92,7 +93,7 @@ def _compress(logs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def test_snow_in_confined_compression_hardens() -> None:
     """Elastic to J = 0.975, from there on stress exp(xi (1 - J_P)) (2 mu + lambda) (s^2 - s) with J_P = J / 0.975."""
-    mu, lam, critical = SNOW.constants[0], SNOW.constants[1], 0.975
+    mu, lam, critical = *SNOW.lame, 0.975
     logs = np.linspace(-0.0025, -0.215, 86)
     axial, plastic = _compress(logs)
     J = np.exp(logs)
@@ -112,7 +113,7 @@ def test_hardening_of_compacted_snow_is_held() -> None:
     """Pressed beyond a plastic ratio of 0.8, snow keeps the stress that it has there: exp(2) times that at yield."""
     axial, plastic = _compress(np.linspace(-0.01, -0.4, 40))
     assert plastic[-1] == plastic[-10] == 0.8
-    yielding = (2 * SNOW.constants[0] + SNOW.constants[1]) * (0.975**2 - 0.975)
+    yielding = (2 * SNOW.mu + SNOW.lam) * (0.975**2 - 0.975)
     assert axial[-1] == axial[-10] == pytest.approx(np.exp(2.0) * yielding, rel=1e-12)
 
 

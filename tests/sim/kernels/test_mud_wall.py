@@ -10,12 +10,11 @@ import torch
 
 from tests.sim import scenes
 from zoobench.arrays import Array
-from zoobench.envs.bed import rest_strains
 from zoobench.sim import runtime
 from zoobench.sim.kernels.array_types import Rows
 from zoobench.sim.kernels.boundary import PLANE, TERRAIN, WALL_NODES, contact, contact_adjoint
 from zoobench.sim.kernels.mud_wall import most_friction, most_friction_adjoint
-from zoobench.sim.model.matter import MudMaterial
+from zoobench.sim.model.laws.mud import MudMaterial
 from zoobench.sim.model.scene import Ground, MediumBed, Scene
 from zoobench.sim.solver import Solver
 
@@ -31,7 +30,7 @@ def _sliding(friction: float) -> Scene:
     """A patch of mud that slides on the ground at 0.3 m/s, with a robot out of reach."""
     patch = scenes.medium_bed("mud", depth=DEPTH, cells=CELLS)
     load = MUD.density * 9.81 * (DEPTH * scenes.SPACING - patch.positions[:, 1])
-    bed = MediumBed.at_rest(MUD, patch.positions, patch.volumes, rest_strains(MUD, load))
+    bed = MediumBed.at_rest(MUD, patch.positions, patch.volumes, MUD.rest_strains(load))
     bed = replace(bed, velocities=np.tile([0.3, 0.0, 0.0], (len(load), 1)), friction=0.5)
     block = scenes.passive_block((0.3, 0.5, 0.3), (2, 2, 2), np.zeros(3))
     return Scene(
@@ -71,7 +70,7 @@ def _ground(
 ):  # fmt: skip
     for p in range(v.shape[0]):
         at, count = ti.Vector([10, j, WALL_NODES]), ti.Vector([NODES, NODES, NODES])
-        medium = ti.Vector([0.0, 0.0, 50.0, 0.0, 1.0])
+        medium = ti.Struct(yield_stress=50.0)
         scene = ti.Struct(friction=0.5, spacing=0.03, medium=medium, medium_full=1400.0 * 0.03**3)
         friction, limited = most_friction(v[p], at, dt, scene, terrain, ground)
         after[p] = contact(v[p], at, count, friction, terrain, ground, False, 0)

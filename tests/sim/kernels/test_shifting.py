@@ -12,11 +12,13 @@ from tests.sim.kernels.test_water import CELLS, NODES, densities, tank_masses
 from zoobench.arrays import Array
 from zoobench.sim.kernels.array_types import Rows, Scalars
 from zoobench.sim.kernels.boundary import WALL_NODES
+from zoobench.sim.kernels.laws.water import LAW
 from zoobench.sim.kernels.layout import MOMENTUM, VELOCITY, scene_constants
 from zoobench.sim.kernels.shifting import SHIFT_RATE, SHIFTED_SURPLUS, particle_shift, particle_shift_adjoint
 from zoobench.sim.kernels.splines import CUBIC, QUADRATIC, stencil
 from zoobench.sim.model.lattice import fill_box, particle_volume
-from zoobench.sim.model.matter import ElasticMaterial, WaterMaterial
+from zoobench.sim.model.laws.elastic import ElasticMaterial
+from zoobench.sim.model.laws.water import WaterMaterial
 from zoobench.sim.model.scene import ElasticBody, Ground, MediumBed, Scene
 from zoobench.sim.solver import Solver
 
@@ -32,7 +34,7 @@ def particle_shift_all(
     """Shifts of particles, and their adjoints."""
     ti.loop_config(serialize=True)
     for p in range(x.shape[0]):
-        scene = scene_constants(constants)
+        scene = scene_constants(constants, LAW)
         nodes = arena(scene)
         at = stencil(x[p], scene, nodes, width)
         shift[p] = particle_shift(grid, nodes, at, scene, J[p], rho[p], share, width)

@@ -21,7 +21,7 @@ from zoobench.sim.kernels.splines import INVERSE_MOMENT, stencil, weight_derivat
 from zoobench.sim.kernels.transfer import gather, gather_adjoint, scatter, scatter_adjoint
 from zoobench.sim.model.fidelity import SPLINES, Fidelity, Kernel, Transfer
 from zoobench.sim.model.lattice import fill_box
-from zoobench.sim.model.matter import ElasticMaterial
+from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.scene import ElasticBody, Scene
 from zoobench.sim.solver import Solver
 from zoobench.verify.validate.waves import fit_decay

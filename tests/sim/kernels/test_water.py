@@ -14,13 +14,14 @@ from tests.sim.kernels.splines_numpy import spline
 from tests.sim.test_adjoint import GROUPS, Probe
 from zoobench.sim.kernels.array_types import Rows, Scalars
 from zoobench.sim.kernels.boundary import WALL_NODES
+from zoobench.sim.kernels.laws.water import LAW, density_factor, room, room_adjoint, water_ratio, water_ratio_adjoint
 from zoobench.sim.kernels.layout import MOMENTUM, VELOCITY, scene_constants
 from zoobench.sim.kernels.splines import CUBIC, QUADRATIC, stencil, weight_derivatives, weights
 from zoobench.sim.kernels.transfer import by_offset, gather_slopes, gather_value, scatter_value
-from zoobench.sim.kernels.water import density_factor, room, room_adjoint, water_ratio, water_ratio_adjoint
-from zoobench.sim.model import laws_numpy as twins
 from zoobench.sim.model.lattice import fill_box, particle_volume
-from zoobench.sim.model.matter import LARGEST_RATIO, SMALLEST_RATIO, TOLERATED_SURPLUS, ElasticMaterial, WaterMaterial
+from zoobench.sim.model.laws import water as twins
+from zoobench.sim.model.laws.elastic import ElasticMaterial
+from zoobench.sim.model.laws.water import LARGEST_RATIO, SMALLEST_RATIO, TOLERATED_SURPLUS, WaterMaterial
 from zoobench.sim.model.rollout import Gradient
 from zoobench.sim.model.scene import ElasticBody, Ground, MediumBed, Scene
 from zoobench.sim.solver import Solver
@@ -51,7 +52,7 @@ def relative_density_all(
     """Relative density at places, and its adjoints, as a substep combines them."""
     ti.loop_config(serialize=True)
     for p in range(x.shape[0]):
-        scene = scene_constants(constants)
+        scene = scene_constants(constants, LAW)
         nodes = arena(scene)
         at = stencil(x[p], scene, nodes, width)
         w, dw = weights(at.offset, width), weight_derivatives(at.offset, width)

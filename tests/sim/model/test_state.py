@@ -7,7 +7,7 @@ import pytest
 import torch
 
 from tests.sim import scenes
-from zoobench.sim.model.matter import lame_parameters
+from zoobench.sim.model.laws.elastic import lame_parameters
 from zoobench.sim.model.scene import MediumBed
 from zoobench.sim.model.state import BodyState, Matter, Parameters, initial_matter
 

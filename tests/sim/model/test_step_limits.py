@@ -9,8 +9,9 @@ import pytest
 from tests.sim import scenes
 from zoobench.errors import StepSizeError
 from zoobench.sim.model.fidelity import Fidelity, Kernel, Transfer
-from zoobench.sim.model.laws_numpy import principal_stress
-from zoobench.sim.model.matter import SMALLEST_PLASTIC, SnowMaterial, WaterMaterial, lame_parameters
+from zoobench.sim.model.laws.elastic import lame_parameters
+from zoobench.sim.model.laws.snow import SMALLEST_PLASTIC, SnowMaterial
+from zoobench.sim.model.laws.water import WaterMaterial
 from zoobench.sim.model.scene import ElasticBody, Scene
 from zoobench.sim.model.step_limits import (
     LARGEST_STRETCH,
@@ -56,7 +57,7 @@ def test_stiffness_of_a_medium_is_that_of_its_law(name: str) -> None:
     if isinstance(material, WaterMaterial):
         at = np.log(0.9) / 3
     e = 1e-7
-    plus, minus = (principal_stress(material, np.full(3, at + s * e), plastic)[0] for s in (1, -1))
+    plus, minus = (material.stress(np.full(3, at + s * e), plastic)[0] for s in (1, -1))
     assert material.kappa == pytest.approx((plus - minus) / (2 * e), rel=1e-5)
     scene = scenes.medium_scene(name)
     dt = step_limits(scene, scenes.fidelity(), 1.0, 1.0)[name]

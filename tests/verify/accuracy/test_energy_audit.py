@@ -10,7 +10,7 @@ from tests.sim.scenes import NO_GRAVITY, SPACING, fidelity, medium_scene
 from zoobench.errors import DivergenceError
 from zoobench.sim.model.fidelity import Transfer
 from zoobench.sim.model.lattice import fill_box, particle_volume
-from zoobench.sim.model.matter import ElasticMaterial
+from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.scene import ElasticBody, Ground, Scene
 from zoobench.sim.model.standing import standing
 from zoobench.sim.solver import Rollout, Solver
@@ -103,10 +103,10 @@ def test_a_body_falling_on_a_bed_loses_what_the_medium_can_take(medium: str, los
 
 def test_what_clay_loses_is_its_yield_stress_times_its_plastic_strain() -> None:
     """Sheared far beyond its yield at a constant rate, clay of yield stress s takes s |e| for each plastic strain e."""
-    from zoobench.sim.model.matter import ClayMaterial
+    from zoobench.sim.model.laws.clay import ClayMaterial
 
     material = ClayMaterial(youngs_modulus=1e5, poissons_ratio=0.2, density=1800.0, yield_stress=200.0)
-    limit = material.yield_stress / (2.0 * material.constants[0])
+    limit = material.yield_stress / (2.0 * material.mu)
     direction = np.array([1.0, -1.0, 0.0]) / np.sqrt(2.0)
     beyond = 10.0 * limit
     lost = energy_audit.yield_loss(material, (limit + beyond) * direction[None], np.zeros(1))

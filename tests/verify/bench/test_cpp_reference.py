@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from zoobench.sim.model.fidelity import Fidelity
-from zoobench.sim.model.matter import ElasticMaterial
+from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.scene import ElasticBody, Scene
 from zoobench.sim.solver import Solver
 from zoobench.verify.bench import cpp_reference

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from zoobench.sim.model.laws_numpy import fibre_stress, neo_hookean
-from zoobench.sim.model.matter import lame_parameters
+from zoobench.sim.model.laws.elastic import fibre_stress, lame_parameters, neo_hookean
 from zoobench.verify.validate import hertz, manufactured, modes, mud, statics
 from zoobench.verify.validate.rig import GRAVITY, order_of_accuracy
 

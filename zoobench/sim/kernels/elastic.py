@@ -1,4 +1,4 @@
-"""Constitutive laws of the robot as pure functions for kernels, with their adjoints; NumPy twins in `laws_numpy`.
+"""Constitutive laws of the robot as pure functions for kernels, with their adjoints; NumPy twins in `laws.elastic`.
 
 Matrices are triples of columns (`columns`). Stresses are Kirchhoff stresses tau = J sigma [Pa]. An adjoint takes the
 adjoint of the stress, symmetric, and returns those of the law's arguments.

@@ -16,7 +16,7 @@ def scatter_first(
     """Momentum and mass of the nodes that the first world touches at slot 0."""
     ti.loop_config(serialize=True)
     for _ in range(1):
-        scene = scene_constants(constants)
+        scene = scene_constants(constants, variant.law)
         nodes = box(window, 0, 0)
         clear(grid, 0, layers(variant) * nodes.size, variant)
         for p in range(state.shape[2]):

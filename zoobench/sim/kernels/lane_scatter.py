@@ -12,7 +12,6 @@ from zoobench.sim.kernels.columns import matrix
 from zoobench.sim.kernels.drift import scatter_ratio
 from zoobench.sim.kernels.fbar import scatter_rate
 from zoobench.sim.kernels.layout import BEFORE, MASS, MOMENTUM, X, history
-from zoobench.sim.kernels.media import WATER
 from zoobench.sim.kernels.skin_contact import push
 from zoobench.sim.kernels.splines import stencil, weights
 from zoobench.sim.kernels.substep import contribution, has_transfer, linear_motion
@@ -84,7 +83,7 @@ def to_grid_by_lanes(
             origin, motion = linear_motion(state, scene, s, w, p, body[w, p, 0][MASS], given)
             scatter_lane(grid, BEFORE, nodes, given.node, share, origin, motion, lane, variant.width)
     if lane == 0:
-        if ti.static(variant.law == WATER):
+        if ti.static(variant.liquid):
             if p >= scene.robot:
                 mass = body[w, p, 0][MASS]
                 scatter_ratio(grid, nodes, given.node, share, history(state, s, w, p), mass, variant.width)

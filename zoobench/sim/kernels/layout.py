@@ -19,6 +19,7 @@ Compiled so, Taichi cannot cast or negate a vector (nor subtract in place), take
 adds to a single lane of an array's row wrongly and silently: add to the whole row.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -26,10 +27,7 @@ import taichi as ti
 from taichi.lang import impl
 
 from zoobench.sim.kernels.columns import matrix
-from zoobench.sim.model.matter import Law
-
-MEDIUM_CONSTANTS = tuple(f"medium_{number}" for number in range(5))
-"""Those of the medium's law, as `matter` lists them."""
+from zoobench.sim.kernels.laws.law import Law
 
 X, V, C, F = 0, 1, 2, 5
 """Rows of a particle's state: place [m], velocity [m/s], columns of the APIC matrix [1/s], and of the robot's F."""
@@ -54,14 +52,14 @@ START, KEPT = 6, 7
 """Of a window: node in `grid` where the momenta of the slot's substep are kept, and 1 if they are."""
 
 CONSTANTS = (
-    "spacing", "mu", "lam", "eta", *MEDIUM_CONSTANTS, "g_x", "g_y", "g_z", "friction", "nodes_x", "nodes_y", "nodes_z",
-    "robot", "skin_thickness", "skin_rate", "edge", "interface_friction", "robot_full", "medium_full",
+    "spacing", "mu", "lam", "eta", "g_x", "g_y", "g_z", "friction", "nodes_x", "nodes_y", "nodes_z", "robot",
+    "skin_thickness", "skin_rate", "edge", "interface_friction", "robot_full", "medium_full",
 )  # fmt: skip
-"""Names of the constants in their order, by which the host lists them and the kernels know them: grid spacing [m], Lame
-parameters and viscosity of the robot, the medium's constants, gravity [m/s^2], friction of the ground, counts of nodes
-and of the robot's particles; of the ground's skin thickness [m], gradient of the force per volume [N/m^4] and edge of
-the particles' cubes [m]; of two fields the friction between robot and medium and the mass of a node in the midst of
-either [kg]."""
+"""Names of the constants in their order, by which the host lists them and the kernels know them; those of the medium
+follow, as its law names them. Grid spacing [m], Lame parameters and viscosity of the robot, gravity [m/s^2], friction
+of the ground, counts of nodes and of the robot's particles; of the ground's skin thickness [m], gradient of the force
+per volume [N/m^4] and edge of the particles' cubes [m]; of two fields the friction between robot and medium and the
+mass of a node in the midst of either [kg]."""
 
 _COUNTS = ("nodes_x", "nodes_y", "nodes_z", "robot")
 
@@ -72,7 +70,7 @@ class Variant:
 
     Attributes:
         muscle, damping: whether the robot has muscles, and viscosity.
-        law: of the medium, see `media`; 0 for none.
+        law: of the medium; None for none.
         ground: see `boundary`.
         skin: whether the ground pushes on the robot by its skin, see `skin_contact`.
         width: nodes of a spline in each direction.
@@ -85,7 +83,7 @@ class Variant:
 
     muscle: bool
     damping: bool
-    law: int
+    law: Law | None
     ground: int
     skin: bool
     width: int
@@ -98,12 +96,32 @@ class Variant:
 
     def uses(self, transfer: int) -> bool:
         """Whether any matter that is visited has this transfer."""
-        return (self.robot and self.transfer == transfer) or (self.law != 0 and self.medium_transfer == transfer)
+        return (self.robot and self.transfer == transfer) or (self.has_medium and self.medium_transfer == transfer)
+
+    @property
+    def has_medium(self) -> bool:
+        """Whether there is a medium."""
+        return self.law is not None
+
+    @property
+    def liquid(self) -> bool:
+        """Whether the medium is a liquid."""
+        return self.law is not None and self.law.is_liquid
+
+    @property
+    def decomposed(self) -> bool:
+        """Whether the medium's law needs principal values far from rest: that of a solid."""
+        return self.has_medium and not self.liquid
+
+    @property
+    def slides(self) -> bool:
+        """Whether the ground holds the medium by no more than its shear strength."""
+        return self.law is not None and self.law.slides
 
     @property
     def ratio(self) -> bool:
         """Whether the medium has the field RATIO."""
-        return self.fbar or self.law == Law.WATER
+        return self.fbar or self.liquid
 
     @property
     def of_medium(self) -> "Variant":
@@ -111,14 +129,23 @@ class Variant:
         return replace(self, robot=False)
 
 
-def scene_constants(constants: Any) -> ti.Struct:
-    """The constants by name while a kernel is compiled, with `inverse` of the spacing, and the medium's in `medium`."""
+def by_name(constants: Any, names: Sequence[str]) -> dict[str, Any]:
+    """The first numbers of an array under these names, while a kernel is compiled."""
     builder = impl.get_runtime().compiling_callable.ast_builder()
-    listed = {name: impl.subscript(builder, constants, place) for place, name in enumerate(CONSTANTS)}
-    named = {name: value for name, value in listed.items() if name not in MEDIUM_CONSTANTS}
-    counts = {name: ti.cast(listed[name], ti.i32) for name in _COUNTS}
-    medium = ti.Vector([listed[name] for name in MEDIUM_CONSTANTS])
-    return ti.Struct(**named | counts, inverse=1.0 / listed["spacing"], medium=medium)
+    return {name: impl.subscript(builder, constants, place) for place, name in enumerate(names)}
+
+
+def scene_constants(constants: Any, medium: Any = None) -> ti.Struct:
+    """The constants by name while a kernel is compiled, with `inverse` of the spacing, and the medium's in `medium`.
+
+    The last argument names these in its `constants`: a law, or water on a grid.
+    """
+    own = medium.constants if medium else ()
+    named = by_name(constants, (*CONSTANTS, *(f"medium.{name}" for name in own)))
+    bed = {name: named.pop(f"medium.{name}") for name in own}
+    named |= {name: ti.cast(named[name], ti.i32) for name in _COUNTS}
+    named |= {"medium": ti.Struct(**bed)} if bed else {}
+    return ti.Struct(**named, inverse=1.0 / named["spacing"])
 
 
 scene_constants._is_taichi_function = False  # type: ignore[attr-defined]  # or Taichi would warn of plain Python

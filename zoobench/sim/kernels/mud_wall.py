@@ -48,7 +48,7 @@ def most_friction(v, at: ti.template(), dt, scene: ti.template(), terrain: ti.te
     approach = v.dot(normal)
     if below and approach < 0.0:
         depth = ti.max(ground_height(terrain, at, ground) - at[1], 0.0)
-        strength = dt * SHEAR * scene.medium[2] * scene.spacing * scene.spacing / scene.medium_full
+        strength = dt * SHEAR * scene.medium.yield_stress * scene.spacing * scene.spacing / scene.medium_full
         most = strength * traction_share(depth)
         if most < 0.0 - friction * approach:
             friction = 0.0 - most / approach

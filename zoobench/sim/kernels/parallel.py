@@ -12,7 +12,6 @@ from zoobench.sim.kernels.boundary import behind_wall
 from zoobench.sim.kernels.flip import divide_node, divide_node_adjoint
 from zoobench.sim.kernels.lane_scatter import scatter_contribution, to_grid_by_lanes
 from zoobench.sim.kernels.layout import V, X, box, scene_constants
-from zoobench.sim.kernels.media import WATER
 from zoobench.sim.kernels.skin_contact import push_adjoint
 from zoobench.sim.kernels.splines import stencil
 from zoobench.sim.kernels.substep import (
@@ -105,13 +104,18 @@ def velocities_of_all(
     for w, number in ti.ndrange(state.shape[1], 4 * state.shape[2]):
         n, room = step[0], capacity(state, grid, variant)
         if takes_part(plan, boxes, w, n, room):
-            scene, s, p, lane = scene_constants(constants), plan[w, 0] + n * stride, number // 4, number % 4
+            scene, s, p, lane = (
+                scene_constants(constants, variant.law),
+                plan[w, 0] + n * stride,
+                number // 4,
+                number % 4,
+            )
             nodes = slab(boxes, w, room, variant)
             to_grid_by_lanes(state, body, grid, nodes, scene, terrain, dts[w], s, w, p, lane, variant)
     for w, thread in ti.ndrange(state.shape[1], NODE_THREADS):
         n, room = step[0], capacity(state, grid, variant)
         if takes_part(plan, boxes, w, n, room):
-            scene, s = scene_constants(constants), plan[w, 0] + n * stride
+            scene, s = scene_constants(constants, variant.law), plan[w, 0] + n * stride
             nodes = slab(boxes, w, room, variant)
             for turn in range(turns(boxes, w, thread)):
                 i, j, k = node_index(boxes, w, thread + turn * NODE_THREADS)
@@ -124,11 +128,11 @@ def velocities_of_all(
                     for field in ti.static(range(layers(variant))):
                         divide_node(grid, m + field * nodes.size)
     # an edge's nodes are pressed by two walls, and their threads would write each other's
-    for d in ti.static(range(3 * (variant.law == WATER))):
+    for d in ti.static(range(3 * (variant.liquid))):
         for w, thread in ti.ndrange(state.shape[1], NODE_THREADS):
             n, room = step[0], capacity(state, grid, variant)
             if takes_part(plan, boxes, w, n, room):
-                scene, nodes = scene_constants(constants), slab(boxes, w, room, variant)
+                scene, nodes = scene_constants(constants, variant.law), slab(boxes, w, room, variant)
                 for turn in range(turns(boxes, w, thread)):
                     index = node_index(boxes, w, thread + turn * NODE_THREADS)
                     m = own_node(w, room, thread, turn, variant) + medium_layer(nodes, variant)
@@ -160,7 +164,7 @@ def advance_parallel(
     for w, p in ti.ndrange(state.shape[1], state.shape[2]):
         n, room = step[0], capacity(state, grid, variant)
         if takes_part(plan, boxes, w, n, room):
-            scene, s = scene_constants(constants), plan[w, 0] + n * stride
+            scene, s = scene_constants(constants, variant.law), plan[w, 0] + n * stride
             t, nodes = s + stride, slab(boxes, w, room, variant)
             at = stencil(state[s, w, p, X], scene, layer(nodes, scene, p, variant), variant.width)
             first = from_grid(state, grid, 0, nodes, at, scene, dts[w], s, t, w, p, variant)
@@ -191,7 +195,7 @@ def reverse_parallel(
     for w, p in ti.ndrange(state.shape[1], state.shape[2]):
         n, room = step[0], capacity(state, grid, variant)
         if takes_part(plan, boxes, w, n, room):
-            scene, s = scene_constants(constants), plan[w, 0] + n
+            scene, s = scene_constants(constants, variant.law), plan[w, 0] + n
             nodes = slab(boxes, w, room, variant)
             from_grid_adjoint(
                 state, adjoint, grid, grid_adjoint, contributions, 0, nodes, scene, dts[w], s, s + 1, w, p, variant
@@ -199,15 +203,15 @@ def reverse_parallel(
     for w, number in ti.ndrange(state.shape[1], 4 * state.shape[2]):
         n, room = step[0], capacity(state, grid, variant)
         if takes_part(plan, boxes, w, n, room):
-            scene, s, nodes = scene_constants(constants), plan[w, 0] + n, slab(boxes, w, room, variant)
+            scene, s, nodes = scene_constants(constants, variant.law), plan[w, 0] + n, slab(boxes, w, room, variant)
             scatter_contribution(
                 contributions, grid_adjoint, nodes, state, scene, s, w, number // 4, number % 4, variant
             )  # fmt: skip
-    for d in ti.static(range(3 * (variant.law == WATER))):
+    for d in ti.static(range(3 * (variant.liquid))):
         for w, thread in ti.ndrange(state.shape[1], NODE_THREADS):
             n, room = step[0], capacity(state, grid, variant)
             if takes_part(plan, boxes, w, n, room):
-                scene, nodes = scene_constants(constants), slab(boxes, w, room, variant)
+                scene, nodes = scene_constants(constants, variant.law), slab(boxes, w, room, variant)
                 for turn in range(turns(boxes, w, thread)):
                     index = node_index(boxes, w, thread + turn * NODE_THREADS)
                     if behind_wall(index[d], (scene.nodes_x, scene.nodes_y, scene.nodes_z)[d], d, variant.ground) != 0:
@@ -219,7 +223,7 @@ def reverse_parallel(
     for w, thread in ti.ndrange(state.shape[1], NODE_THREADS):
         n, room = step[0], capacity(state, grid, variant)
         if takes_part(plan, boxes, w, n, room):
-            scene, s = scene_constants(constants), plan[w, 0] + n
+            scene, s = scene_constants(constants, variant.law), plan[w, 0] + n
             nodes = slab(boxes, w, room, variant)
             for turn in range(turns(boxes, w, thread)):
                 i, j, k = node_index(boxes, w, thread + turn * NODE_THREADS)
@@ -237,7 +241,7 @@ def reverse_parallel(
     for w, p in ti.ndrange(state.shape[1], state.shape[2]):
         n, room = step[0], capacity(state, grid, variant)
         if takes_part(plan, boxes, w, n, room):
-            scene, s = scene_constants(constants), plan[w, 0] + n
+            scene, s = scene_constants(constants, variant.law), plan[w, 0] + n
             nodes = slab(boxes, w, room, variant)
             to_grid_adjoint(
                 state, body, adjoint, body_adjoint, grid_adjoint, nodes, scene, dts[w], s, w, p, variant

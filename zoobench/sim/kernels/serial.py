@@ -13,7 +13,6 @@ import taichi as ti
 from zoobench.sim.kernels.array_types import Rows, Scalars
 from zoobench.sim.kernels.flip import divide_node, divide_node_adjoint
 from zoobench.sim.kernels.layout import KEPT, START, X, box, scene_constants
-from zoobench.sim.kernels.media import WATER
 from zoobench.sim.kernels.skin_contact import push, push_adjoint
 from zoobench.sim.kernels.sleepers import (
     awake,
@@ -96,7 +95,7 @@ def update_nodes(
                 else:
                     update_node(grid, start + node, node, i, j, k, dt, scene, terrain, variant)
                 node += 1
-    if ti.static(variant.law == WATER):
+    if ti.static(variant.liquid):
         node = medium_layer(nodes, variant)
         for i in range(window[s, w, 0], window[s, w, 3]):
             for j in range(window[s, w, 1], window[s, w, 4]):
@@ -124,7 +123,7 @@ def advance(
     """
     ti.loop_config(serialize=True)  # the outermost loop would become parallel, its sums atomic
     for w in range(state.shape[1]):
-        scene = scene_constants(constants)
+        scene = scene_constants(constants, variant.law)
         dt = dts[w]
         first = layers(variant) * scene.nodes_x * scene.nodes_y * scene.nodes_z + w * keep
         lie_down(state, window, body, plan, order, grid, scene, dt, w, variant)
@@ -177,7 +176,7 @@ def reverse(
     """
     ti.loop_config(serialize=True)
     for w in range(state.shape[1]):
-        scene = scene_constants(constants)
+        scene = scene_constants(constants, variant.law)
         dt = dts[w]
         count = awake(state, plan, w, variant)
         asleep = box_asleep(state, plan, order, scene, w, variant)
@@ -202,7 +201,7 @@ def reverse(
                     state, adjoint, grid, grid_adjoint, None, start, nodes, scene, dt, s, t, w, p, variant
                 )
             node = medium_layer(nodes, variant)
-            if ti.static(variant.law == WATER):
+            if ti.static(variant.liquid):
                 for i in range(window[s, w, 0], window[s, w, 3]):
                     for j in range(window[s, w, 1], window[s, w, 4]):
                         for k in range(window[s, w, 2], window[s, w, 5]):

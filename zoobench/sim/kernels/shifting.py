@@ -10,9 +10,9 @@ hydrodynamics: down the gradient of the density on the grid, and only where that
 import taichi as ti
 
 from zoobench.sim.kernels.columns import dot
+from zoobench.sim.kernels.laws.water import LEAST_ROOM, is_near_wall, node_room, surplus_density, weighted_sum
 from zoobench.sim.kernels.layout import MOMENTUM, VELOCITY
 from zoobench.sim.kernels.splines import pick, weight_derivatives, weight_second_derivatives, weights
-from zoobench.sim.kernels.water import LEAST_ROOM, is_near_wall, node_room, surplus_density, weighted_sum
 
 SHIFTED_SURPLUS = 0.1
 """Surplus of density up to which particles are not shifted [-]; in nine tenths of a stirred tank it is below half."""

@@ -23,6 +23,8 @@ from zoobench.sim.kernels.drift import mean_ratio, scatter_ratio
 from zoobench.sim.kernels.elastic import fibre_stress, neo_hookean, viscous
 from zoobench.sim.kernels.fbar import mean_rate, scatter_rate
 from zoobench.sim.kernels.flip import FLIP_SHARE, kept_affine
+from zoobench.sim.kernels.laws.media import deform_medium, medium_stress
+from zoobench.sim.kernels.laws.water import correction_share, density_factor, room
 from zoobench.sim.kernels.layout import (
     BEFORE,
     MASS,
@@ -41,7 +43,6 @@ from zoobench.sim.kernels.layout import (
     history,
     put_columns,
 )
-from zoobench.sim.kernels.media import WATER, deform_medium, medium_stress
 from zoobench.sim.kernels.shifting import particle_shift
 from zoobench.sim.kernels.skin_contact import STOP_NODES, rub
 from zoobench.sim.kernels.splines import INVERSE_MOMENT, first_node, stencil, weights
@@ -52,13 +53,12 @@ from zoobench.sim.kernels.transfer import (
     scatter,
 )
 from zoobench.sim.kernels.two_fields import layer
-from zoobench.sim.kernels.water import correction_share, density_factor, room
 
 
 @ti.func
 def is_robot(scene: ti.template(), p, variant: ti.template()):
     """True for a particle of the robot; known at compile time where all particles are, or none is."""
-    if ti.static(variant.law == 0 or not variant.robot):
+    if ti.static(not variant.has_medium or not variant.robot):
         return variant.robot
     return p < scene.robot
 
@@ -68,7 +68,7 @@ def has_transfer(scene: ti.template(), p, variant: ti.template(), transfer: ti.t
     """True for a particle with this transfer; known at compile time where all matter has the same or there is one."""
     if ti.static(not variant.robot):
         return variant.medium_transfer == transfer
-    if ti.static(variant.law == 0 or variant.transfer == variant.medium_transfer):
+    if ti.static(not variant.has_medium or variant.transfer == variant.medium_transfer):
         return variant.transfer == transfer
     if ti.static(variant.transfer == transfer):
         return p < scene.robot
@@ -102,7 +102,7 @@ def particle_stress(state: ti.template(), body: ti.template(), scene: ti.templat
             stress = add(stress, fibre_stress(deformation, q[TENSION], body[w, p, 1]))
         if ti.static(variant.damping):
             stress = add(stress, viscous(columns(state, s, w, p, C), scene.eta))
-    elif ti.static(variant.law):
+    elif ti.static(variant.has_medium):
         stress = medium_stress(state, s, w, p, scene.medium, variant.law)
     return stress
 
@@ -159,7 +159,7 @@ def to_grid(
         if has_transfer(scene, p, variant, AFLIP):
             origin, motion = linear_motion(state, scene, s, w, p, body[w, p, 0][MASS], given)
             scatter(grid, BEFORE, start, nodes, given.node, share, origin, motion, variant.width)
-    if ti.static(variant.law == WATER):
+    if ti.static(variant.liquid):
         if p >= scene.robot:
             mass = body[w, p, 0][MASS]
             scatter_ratio(grid, nodes, start + given.node, share, history(state, s, w, p), mass, variant.width)
@@ -183,7 +183,7 @@ def update_node(
             pushed = ti.Vector([r * grid[PUSH, m][0], r * grid[PUSH, m][1], r * grid[PUSH, m][2]])
             free = rub(free + pushed, pushed, scene.friction)
         held = contact(
-            free, ti.Vector([i, j, k]), count, scene.friction, terrain, variant.ground, variant.law == WATER,
+            free, ti.Vector([i, j, k]), count, scene.friction, terrain, variant.ground, variant.liquid,
             STOP_NODES * variant.skin,
         )  # fmt: skip
         after = ti.Vector([held[0], held[1], held[2], q[3]])
@@ -256,7 +256,7 @@ def from_grid(
         if p >= scene.robot:
             around, own = mean_rate(state, grid, start, layer(nodes, scene, p, variant), scene, s, w, p)
             change = add(change, diagonal(dt / 3.0 * (around - own)))
-    if ti.static(variant.law == WATER):
+    if ti.static(variant.liquid):
         if p >= scene.robot:
             # slots s and t may be the same: all is read before anything is written
             J = history(state, s, w, p)
@@ -275,7 +275,7 @@ def from_grid(
     if is_robot(scene, p, variant):
         deformation = columns(state, s, w, p, F)
         put_columns(state, t, w, p, F, add(deformation, matmul(change, deformation)))
-    elif ti.static(variant.law):
+    elif ti.static(variant.has_medium):
         deform_medium(state, s, t, w, p, add(diagonal(1.0 + 0.0 * dt), change), rho, mean, scene, dt, variant.law)
     cells = place * scene.inverse
     return (

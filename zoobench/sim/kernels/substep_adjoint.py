@@ -25,6 +25,8 @@ from zoobench.sim.kernels.elastic import fibre_stress_adjoint, neo_hookean, neo_
 from zoobench.sim.kernels.fbar import mean_rate, mean_rate_adjoint, scatter_rate_adjoint
 from zoobench.sim.kernels.flip import FLIP_SHARE, kept_affine_adjoint
 from zoobench.sim.kernels.lane_scatter import is_none, put_contribution
+from zoobench.sim.kernels.laws.media import deform_medium_adjoint, medium_stress_adjoint
+from zoobench.sim.kernels.laws.water import correction_share, density_factor, room, room_adjoint
 from zoobench.sim.kernels.layout import (
     BEFORE,
     MASS,
@@ -44,7 +46,6 @@ from zoobench.sim.kernels.layout import (
     history,
     put_columns,
 )
-from zoobench.sim.kernels.media import WATER, deform_medium_adjoint, medium_stress_adjoint
 from zoobench.sim.kernels.shifting import particle_shift_adjoint
 from zoobench.sim.kernels.skin_contact import STOP_NODES, rub, rub_adjoint
 from zoobench.sim.kernels.splines import INVERSE_MOMENT, stencil, weight_derivatives, weights
@@ -59,7 +60,6 @@ from zoobench.sim.kernels.transfer import (
     scatter_adjoint,
 )
 from zoobench.sim.kernels.two_fields import free_velocity, layer, meeting
-from zoobench.sim.kernels.water import correction_share, density_factor, room, room_adjoint
 
 
 @ti.func
@@ -149,10 +149,10 @@ def from_grid_adjoint(
         F_adjoint = columns(adjoint, 0, w, p, F)
         rate_adjoint = add(rate_adjoint, scale(dt, matmul_transposed(F_adjoint, columns(state, s, w, p, F))))
         put_columns(adjoint, 0, w, p, F, add(F_adjoint, scale(dt, transposed_matmul(rate, F_adjoint))))
-    elif ti.static(variant.law):
+    elif ti.static(variant.has_medium):
         rho, mean, J = 0.0 * dt, 0.0 * dt, history(state, s, w, p)
         whole, factor = 0.0 * at.offset, 0.0 * dt
-        if ti.static(variant.law == WATER):
+        if ti.static(variant.liquid):
             whole = room(at, share, scene, width)
             factor = density_factor(whole, scene)
             rho = gather_value(grid, VELOCITY, nodes, at.node, share, width)[3] * factor
@@ -171,7 +171,7 @@ def from_grid_adjoint(
                 state, adjoint, grid, grid_adjoint, start, layer(nodes, scene, p, variant), scene, s, w, p, mean,
                 mean_adjoint,
             )  # fmt: skip
-        if ti.static(variant.law == WATER):
+        if ti.static(variant.liquid):
             correction = correction_share(scene.inverse, dt, scene.medium)
             by_shift, J_adjoint, more = particle_shift_adjoint(
                 grid, grid_adjoint, nodes, at, scene, J, rho, correction, new_x_adjoint, width
@@ -236,7 +236,7 @@ def update_node_adjoint(
             rubbed = rub(fallen, pushed, scene.friction)
         a = r * contact_adjoint(
             rubbed, ti.Vector([stored[0], stored[1], stored[2]]), ti.Vector([i, j, k]), count, scene.friction,
-            terrain, variant.ground, variant.law == WATER, STOP_NODES * variant.skin,
+            terrain, variant.ground, variant.liquid, STOP_NODES * variant.skin,
         )  # fmt: skip
         mass_adjoint = stored[3]
         if ti.static(variant.skin):
@@ -311,7 +311,7 @@ def to_grid_adjoint(
     # the stress is symmetric, so only the symmetric part of its adjoint acts
     even = scale(0.5 * factor, add(affine_adjoint, transpose(affine_adjoint)))
     tau_adjoint = scale(q[VOLUME], even)
-    if ti.static(variant.law == WATER):
+    if ti.static(variant.liquid):
         if p >= scene.robot:
             share, slopes = weights(at.offset, width), weight_derivatives(at.offset, width)
             more_offset, J_adjoint, more_mass = scatter_ratio_adjoint(
@@ -333,7 +333,7 @@ def to_grid_adjoint(
         medium_stress_adjoint(state, adjoint, s, w, p, tau_adjoint, scene.medium, variant.law)
     elif is_robot(scene, p, variant):
         robot_stress_adjoint(state, body, adjoint, body_adjoint, scene, s, w, p, tau_adjoint, variant)
-    elif ti.static(variant.law):
+    elif ti.static(variant.has_medium):
         medium_stress_adjoint(state, adjoint, s, w, p, tau_adjoint, scene.medium, variant.law)
 
 

@@ -6,8 +6,8 @@ from zoobench.sim.kernels.array_types import Rows, Scalars
 from zoobench.sim.kernels.boundary import WALL_NODES
 from zoobench.sim.kernels.columns import contract, determinant, dot, matmul_transposed, trace
 from zoobench.sim.kernels.elastic import SMALLEST_J
+from zoobench.sim.kernels.laws.law import Law
 from zoobench.sim.kernels.layout import MASS, STIFFNESS, TENSION, VOLUME, C, F, V, X, columns, history, scene_constants
-from zoobench.sim.kernels.media import SNOW, WATER
 
 
 @ti.func
@@ -22,26 +22,6 @@ def largest_square(F: ti.template()):
     x, y, z = b.x[0] - mean, b.y[1] - mean, b.z[2] - mean
     off = b.x[1] * b.x[1] + b.x[2] * b.x[2] + b.y[2] * b.y[2]
     return mean + ti.sqrt(2.0 / 3.0) * ti.sqrt(x * x + y * y + z * z + 2.0 * off)
-
-
-@ti.func
-def medium_kappa(history, constants, law: ti.template()):
-    """Stiffness [Pa] of an isolated particle in its state (see `step_limits`): 2 mu + 3 lambda in Hencky strain.
-
-    That of snow is at its present hardening and largest elastic stretch, that of water at its present J.
-    """
-    kappa = 2.0 * constants[0] + 3.0 * constants[1]
-    if ti.static(law == SNOW):
-        # derivative of the corotated stress by log stretch, equal in all directions, at s = 1 + theta_s
-        s = 1.0 + constants[3]
-        soft = 2.0 * constants[0] * (2.0 * s - 1.0) * s + 3.0 * constants[1] * (2.0 * s**3 - 1.0) * s**3
-        kappa = ti.exp(constants[4] * (1.0 - history)) * soft
-    if ti.static(law == WATER):
-        bulk, gamma = constants[1], constants[2]
-        # -3 d(J p)/d log J of the Tait pressure
-        J = ti.min(history, 1.0)
-        kappa = 3.0 * bulk / gamma * ((gamma - 1.0) * ti.pow(J, 1.0 - gamma) + J)
-    return kappa
 
 
 @ti.func
@@ -73,8 +53,8 @@ def condition(
         # kappa of `step_limits.elastic_kappa`; a muscle that pushes does not lower it
         active = 2.0 * (k * scene.mu + ti.max(q[TENSION], 0.0)) * square
         robot = (active + 3.0 * k * scene.lam) * per_mass
-    elif ti.static(law):
-        medium = medium_kappa(history(state, 0, w, p), scene.medium, law) * per_mass
+    elif ti.static(isinstance(law, Law)):
+        medium = law.kappa(history(state, 0, w, p), scene.medium) * per_mass
     return ti.Struct(values=values, square=square, robot=robot, medium=medium, viscosity=viscosity, ground=ground)
 
 
@@ -92,7 +72,7 @@ def survey(
     """
     ti.loop_config(serialize=True)
     for w in range(state.shape[1]):
-        scene = scene_constants(constants)
+        scene = scene_constants(constants, law)
         worst = ti.Vector([0.0, 0.0, 0.0, -1e30])
         who = ti.Vector([0, 0, 0, 0])
         guarded, square, robot, medium, viscosity, ground = 0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -132,7 +112,7 @@ def survey_each(
         for c in ti.static(range(9)):
             found[w, p, c] = -1e30 if ti.static(c == 3) else 0.0
         if alive[w] and body[w, p, 0][MASS] > 0.0:
-            each = condition(state, body, scene_constants(constants), w, p, law, skin)
+            each = condition(state, body, scene_constants(constants, law), w, p, law, skin)
             for c in ti.static(range(4)):
                 found[w, p, c] = each.values[c]
             found[w, p, 4] = each.square

@@ -15,7 +15,6 @@ import taichi as ti
 
 from zoobench.sim.kernels.boundary import WALL_NODES, contact, contact_adjoint
 from zoobench.sim.kernels.layout import MOMENTUM, PUSH, VELOCITY
-from zoobench.sim.kernels.media import MUD, WATER
 from zoobench.sim.kernels.mud_wall import most_friction, most_friction_adjoint
 from zoobench.sim.kernels.room import ground_height, room_around, room_beside
 from zoobench.sim.kernels.skin_contact import STOP_NODES, rub, rub_adjoint
@@ -208,7 +207,7 @@ def meeting(
         total = (q[3] / scene.robot_full + o[3] / scene.medium_full) / room
         share, rise = closure(total)
         if share > 0.0:
-            if ti.static(variant.law != WATER):
+            if ti.static(not variant.liquid):
                 strength = dt * CARRIED * scene.inverse / (CLOSED - CLOSING)
                 carried = strength * (total - CLOSING)
             up, down = beside(scene, window, s, w, index, rooms, terrain, variant.ground)
@@ -278,9 +277,9 @@ def update_both(
                 free = found.u
             push = pushed(grid, m, mass, k == 0 and variant.skin)
             friction = scene.friction
-            if ti.static(k == 1 and variant.law == MUD):
+            if ti.static(k == 1 and variant.slides):
                 friction, _limited = most_friction(free, at, dt, scene, terrain, variant.ground)
-            tight = ti.static(k == 1 and variant.law == WATER)
+            tight = ti.static(k == 1 and variant.liquid)
             held = grounded(free, push, at, count, friction, terrain, k == 0 and variant.skin, tight, variant)
             after = ti.Vector([held[0], held[1], held[2], mass])
         grid[VELOCITY, node + k * nodes.size] = after
@@ -311,13 +310,13 @@ def update_both_adjoint(
         q_mass = 0.0 - push_adjoint.dot(push)
     if o[3] > 0.0:
         friction, limited = scene.friction, 0.0 * found.u
-        if ti.static(variant.law == MUD):
+        if ti.static(variant.slides):
             friction, limited = most_friction(found.u, at, dt, scene, terrain, variant.ground)
-        tight = ti.static(variant.law == WATER)
+        tight = ti.static(variant.liquid)
         u_adjoint, _none = grounded_adjoint(
             found.u, found.u, other, at, count, friction, terrain, False, tight, variant
         )
-        if ti.static(variant.law == MUD):
+        if ti.static(variant.slides):
             u_adjoint += most_friction_adjoint(found.u, other, friction, limited, at, count, variant.ground)
     if ti.static(variant.skin):
         grid_adjoint[PUSH, node] = ti.Vector([push_adjoint[0], push_adjoint[1], push_adjoint[2], 0.0])

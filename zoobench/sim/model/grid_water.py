@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -23,7 +24,10 @@ class GridWater:
         density: [kg/m^3].
         viscosity: kinematic [m^2/s]; beside it that of the grid, in proportion to the speed.
         velocities: on the lower faces of the arena's cells `[nx, ny, nz, 3]` [m/s], zero on the walls; None for rest.
+        constants: names of those that kernels have.
     """
+
+    constants: ClassVar[tuple[str, ...]] = ("density", "viscosity")
 
     density: float = 1000.0
     viscosity: float = 1e-6
@@ -42,11 +46,6 @@ class GridWater:
             )
         if self.velocities is not None and not np.isfinite(self.velocities).all():
             raise SceneError("The water's velocities hold values that are not finite. Check what they are made from.")
-
-    @property
-    def constants(self) -> tuple[float, float, float, float, float]:
-        """(density, viscosity), as `kernels.water_grid.water_layout` has them."""
-        return (self.density, self.viscosity, 0.0, 0.0, 0.0)
 
 
 def cosine_transform(count: int) -> Array:

@@ -16,8 +16,8 @@ from zoobench.errors import SceneError
 from zoobench.sim.model.fidelity import Fidelity, Transfer
 from zoobench.sim.model.grid_water import GridWater
 from zoobench.sim.model.ground_skin import SKIN, GroundSkin
-from zoobench.sim.model.laws_numpy import principal_stress
-from zoobench.sim.model.matter import LOCKING, ElasticMaterial, Law, Medium, SandMaterial, SnowMaterial
+from zoobench.sim.model.laws.elastic import ElasticMaterial
+from zoobench.sim.model.laws.medium import Medium
 from zoobench.sim.model.terrain import Terrain
 
 EARTH_GRAVITY = (0.0, -9.81, 0.0)
@@ -36,14 +36,6 @@ class Effect(StrEnum):
 
 
 _MAY_BE_ZERO = ("muscle_strength", "friction_angle", "viscosity", "hardening")
-
-_MEDIUM_EFFECTS = {
-    Law.SAND: {Effect.PLASTICITY},
-    Law.CLAY: {Effect.PLASTICITY},
-    Law.SNOW: {Effect.PLASTICITY},
-    Law.MUD: {Effect.PLASTICITY, Effect.FLUID},
-    Law.WATER: {Effect.FLUID},
-}
 
 
 @dataclass(frozen=True)
@@ -168,15 +160,14 @@ class MediumBed:
         The strains must be elastic: within the material's yield surface.
         """
         strains = np.zeros_like(positions) if strains is None else strains
-        shear = np.zeros_like(strains)
-        history = {Law.SNOW: np.ones(len(positions)), Law.WATER: np.exp(strains.sum(1))}
+        shear, history = np.zeros_like(strains), material.rest_history(strains)
         return cls(
             material=material,
             positions=positions,
             volumes=volumes,
             left_cauchy_green=np.hstack([np.exp(2.0 * strains), shear]),
-            history=history.get(material.law, np.zeros(len(positions))),
-            stress=np.hstack([principal_stress(material, strains), shear]),
+            history=history,
+            stress=np.hstack([material.stress(strains, history), shear]),
         )
 
 
@@ -279,7 +270,7 @@ class Scene:
     def is_endless(self) -> bool:
         """Whether ground and medium are the same everywhere: level, and no water of particles, whose waves go on."""
         level = self.ground is None or self.ground.terrain is None
-        return level and (self.medium is None or self.medium.material.law != Law.WATER)
+        return level and (self.medium is None or not self.medium.material.is_liquid)
 
     @property
     def is_bare(self) -> bool:
@@ -295,7 +286,9 @@ class Scene:
         if self.robot.material.viscosity > 0:
             found.add(Effect.DAMPING)
         if self.medium is not None:
-            found |= _MEDIUM_EFFECTS[self.medium.material.law]
+            material = self.medium.material
+            found |= {Effect.PLASTICITY} if material.yields else set()
+            found |= {Effect.FLUID} if material.flows else set()
             if self.medium.friction is not None:
                 found.add(Effect.CONTACT)
         if self.water is not None:
@@ -343,11 +336,7 @@ def medium_transfer(scene: Scene, fidelity: Fidelity) -> Transfer:
 def has_fbar(scene: Scene, fidelity: Fidelity) -> bool:
     """Whether the medium's volume changes as that around it, against locking; not where a particle keeps a motion of
     its own besides that which deforms it."""
-    return (
-        scene.medium is not None
-        and scene.medium.material.law in LOCKING
-        and medium_transfer(scene, fidelity) != "aflip"
-    )
+    return scene.medium is not None and scene.medium.material.locks and medium_transfer(scene, fidelity) != "aflip"
 
 
 def _check_elastic(body: ElasticBody) -> None:
@@ -420,9 +409,6 @@ def check_material(owner: str, material: ElasticMaterial | Medium) -> None:
             raise SceneError(
                 f"The {owner}'s {item.name} is {value:g}. Give a {'non-negative' if not low else 'positive'} number."
             )
-    if isinstance(material, SnowMaterial) and material.critical_compression >= 1.0:
-        raise SceneError(
-            f"The {owner}'s critical compression {material.critical_compression:g} is not between 0 and 1."
-        )
-    if isinstance(material, SandMaterial) and material.friction_angle >= 90:
-        raise SceneError(f"A friction angle of {material.friction_angle:g} degrees is not between 0 and 90.")
+    for name, most in material.limits.items() if isinstance(material, Medium) else ():
+        if getattr(material, name) >= most:
+            raise SceneError(f"The {owner}'s {name} is {getattr(material, name):g}. Give a number below {most:g}.")

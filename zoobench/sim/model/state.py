@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from zoobench.arrays import Array
-from zoobench.sim.model.matter import Law
 from zoobench.sim.model.scene import MediumBed, Scene
 from zoobench.sim.model.tensors import lazy_zeros, memory, put
 
@@ -301,7 +300,7 @@ def empty_matter(
     """Zeroed tensors of the size that the scene needs, with `cells` of water on a grid and `nodes` of the robot."""
     medium = scene.medium
     count = medium.particle_count if medium else 0
-    solid = medium is not None and medium.material.law != Law.WATER
+    solid = medium is not None and not medium.material.is_liquid
     return Matter.zeros(slots, worlds, scene.robot.particle_count, count, solid, real, device, cells, nodes)
 
 
@@ -325,7 +324,7 @@ def initial_matter(
         put(matter.history, medium.history)
         if medium.velocities is not None:
             put(matter.v[:, :, count:], medium.velocities)
-        if medium.material.law != Law.WATER:
+        if not medium.material.is_liquid:
             put(matter.b, medium.left_cauchy_green)
             put(matter.tau, medium.stress)
     return matter

@@ -15,7 +15,8 @@ from typing import NamedTuple
 
 from zoobench.errors import StepSizeError
 from zoobench.sim.model.fidelity import Fidelity
-from zoobench.sim.model.matter import Medium, MudMaterial, WaterMaterial, lame_parameters
+from zoobench.sim.model.laws.elastic import lame_parameters
+from zoobench.sim.model.laws.medium import Medium
 from zoobench.sim.model.scene import Scene, has_skin
 
 LARGEST_STRETCH = 1.5
@@ -151,7 +152,7 @@ def step_limits(scene: Scene, fidelity: Fidelity, stiffness_max: float, density_
         limits["ground"] = skin_limit(fidelity, scene.ground.skin.rate / density)
     if scene.medium is not None:
         medium = scene.medium.material
-        limits[medium.law.name.lower()] = _medium_limit(medium, fidelity, medium.kappa / medium.density)
+        limits[medium.name] = _medium_limit(medium, fidelity, medium.kappa / medium.density)
     return limits
 
 
@@ -203,7 +204,7 @@ def step_now(scene: Scene, fidelity: Fidelity, frame_seconds: float, condition: 
         limits["ground"] = skin_limit(fidelity, condition.ground_stiffness)
     if scene.medium is not None:
         medium = scene.medium.material
-        limits[medium.law.name.lower()] = _medium_limit(medium, fidelity, condition.medium_stiffness)
+        limits[medium.name] = _medium_limit(medium, fidelity, condition.medium_stiffness)
     room = SPEED_ROOM * LARGEST_COURANT / courant  # the step taken is courant times the limit
     if condition.speed > 0.0:
         limits["speed"] = room * h / condition.speed
@@ -223,5 +224,5 @@ def whole_substeps(frame_seconds: float, dt: float) -> int:
 
 
 def _medium_limit(medium: Medium, fidelity: Fidelity, stiffness: float) -> float:
-    viscosity = medium.viscosity if isinstance(medium, MudMaterial | WaterMaterial) else 0.0
+    viscosity = medium.viscosity if medium.flows else 0.0
     return isolated_particle_limit(fidelity, stiffness, viscosity / medium.density)

@@ -17,8 +17,9 @@ from zoobench.cell.driving import random_actuation
 from zoobench.errors import DivergenceError, UsageError
 from zoobench.registry import Kind, short
 from zoobench.sim.equilibrium import equilibrated
-from zoobench.sim.model.laws_numpy import Yielding, medium_energy, principal_stress, radial_return, snow_return
-from zoobench.sim.model.matter import MudMaterial, SnowMaterial, WaterMaterial
+from zoobench.sim.model.laws.medium import Medium
+from zoobench.sim.model.laws.mud import MudMaterial
+from zoobench.sim.model.laws.water import WaterMaterial
 from zoobench.sim.model.rollout import Rollout
 from zoobench.sim.model.scene import Effect
 from zoobench.sim.solver import BodyState, Solver
@@ -166,7 +167,7 @@ def _viscous_power(solver: Solver, rate: Array, mean_rate: Array) -> float:
 def _plastic_loss(solver: Solver, strain: Array, history: Array, rate: Array, dt: float) -> float:
     """Energy that solid media lose in a substep by yielding [J]."""
     medium = solver.scene.medium
-    if medium is None or isinstance(medium.material, WaterMaterial):
+    if medium is None or medium.material.is_liquid:
         return 0.0
     material, count = medium.material, solver.robot_count
     step = np.eye(3) + dt * rate[count:]
@@ -175,20 +176,15 @@ def _plastic_loss(solver: Solver, strain: Array, history: Array, rate: Array, dt
     return float(to_array(solver.parameters.volume[0])[count:] @ yield_loss(material, principal, history))
 
 
-def yield_loss(material: Yielding | SnowMaterial, strain: Array, history: Array) -> Array:
+def yield_loss(material: Medium, strain: Array, history: Array) -> Array:
     """Energy density [J/m^3] `[n]` lost in the return from trial Hencky strains `[n, 3]` with a history `[n]`.
 
     The work of the stress at the yield surface on the plastic strain, less the energy stored by hardening. It is not
     the difference of elastic energies, since a step may go far beyond the surface along which matter moves.
     """
-    if isinstance(material, SnowMaterial):
-        elastic, after = snow_return(material, strain, history)
-    else:
-        elastic, after, _ = radial_return(material, strain, history)
-    work: Array = (principal_stress(material, elastic, after) * (strain - elastic)).sum(-1)
-    if isinstance(material, SnowMaterial):
-        work += medium_energy(material, elastic, history) - medium_energy(material, elastic, after)
-    return work
+    elastic, after = material.returned(strain, history)
+    work: Array = (material.stress(elastic, after) * (strain - elastic)).sum(-1)
+    return work + material.energy(elastic, history) - material.energy(elastic, after)
 
 
 def _symmetric(rate: Array) -> Array:

@@ -20,7 +20,7 @@ from zoobench.arrays import Array
 from zoobench.errors import ZoobenchError
 from zoobench.sim import runtime
 from zoobench.sim.kernels.boundary import WALL_NODES
-from zoobench.sim.model.matter import lame_parameters
+from zoobench.sim.model.laws.elastic import lame_parameters
 
 FLAGS = ("-O3", "-march=native", "-std=c++17")
 

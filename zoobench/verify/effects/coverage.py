@@ -8,7 +8,6 @@ from zoobench.envs.base import Environment
 from zoobench.errors import UsageError
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
-from zoobench.sim.model.matter import Law
 from zoobench.sim.model.scene import Effect, MediumBed, Scene
 from zoobench.spec import Ref
 from zoobench.verify.bench.bench import check_particle_count
@@ -55,11 +54,11 @@ def coverage(name: str, scene: Scene) -> Coverage:
         fluid = "mixed" if Effect.PLASTICITY in effects else "deep" if immersed else "shallow"
     return Coverage(
         env=name,
-        medium=medium.material.law.name.lower() if medium else "none",
+        medium=medium.material.name if medium else "none",
         thickness=thickness(scene, medium) if medium else None,
         friction="high" if coefficient >= HIGH_FRICTION else "low" if coefficient > 0.0 else "",
         friction_coefficient=coefficient,
-        elasticity="robot, medium" if medium and medium.material.law != Law.WATER else "robot",
+        elasticity="robot, medium" if medium and not medium.material.is_liquid else "robot",
         plasticity=Effect.PLASTICITY in effects,
         fluid=fluid,
     )

@@ -5,7 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from zoobench.sim.model.matter import ClayMaterial, MudMaterial
+from zoobench.sim.model.laws.clay import ClayMaterial
+from zoobench.sim.model.laws.mud import MudMaterial
 from zoobench.sim.model.scene import Effect, ElasticBody, MediumBed, Scene
 
 
@@ -93,6 +94,6 @@ def as_clay(bed: MediumBed) -> MediumBed:
     """A bed of mud as one of clay with its moduli and yield stress, free of strain: mud that is no fluid."""
     mud = bed.material
     if not isinstance(mud, MudMaterial):
-        raise TypeError(f"A bed of {mud.law.name.lower()} was given; mud was expected.")
+        raise TypeError(f"A bed of {mud.name} was given; mud was expected.")
     clay = ClayMaterial(mud.youngs_modulus, mud.poissons_ratio, mud.density, mud.yield_stress)
     return MediumBed.at_rest(clay, bed.positions, bed.volumes)

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from zoobench.arrays import Array
-from zoobench.sim.model.matter import Medium, SandMaterial
+from zoobench.sim.model.laws.medium import Medium
+from zoobench.sim.model.laws.sand import SandMaterial
 from zoobench.sim.model.scene import Ground, Scene
 from zoobench.sim.model.state import BodyState
 from zoobench.sim.solver import Solver
@@ -38,7 +39,7 @@ def bad_matter(record: EpisodeRecorder) -> None:
         "empty medium": (lambda: _with_medium(scenes.medium_material("clay"), nothing), "Leave it out"),
         "fluid sand": (
             lambda: _with_medium(SandMaterial(1e5, 0.2, 1600.0, 90.0), np.array([[0.3] * 3])),
-            "not between 0 and 90",
+            "a number below 90",
         ),
         "NaN gravity": (lambda: replace(scenes.flight(body), gravity=(0.0, np.nan, 0.0)), "not finite"),
         "negative friction": (lambda: replace(scenes.drop(body), ground=Ground(-0.1)), "negative"),

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from zoobench.sim.model.matter import ElasticMaterial
+from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.standing import standing
 from zoobench.sim.solver import Solver
 from zoobench.verify.stability import stability_scenes as scenes

@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zoobench.arrays import Array
-from zoobench.sim.model.laws_numpy import principal_stress, radial_return, snow_return
-from zoobench.sim.model.matter import ClayMaterial, Medium, MudMaterial, SnowMaterial, WaterMaterial
+from zoobench.sim.model.laws.clay import ClayMaterial
+from zoobench.sim.model.laws.medium import Medium
+from zoobench.sim.model.laws.mud import MudMaterial
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.state import Parameters, empty_matter
 from zoobench.sim.solver import Solver
@@ -24,13 +25,8 @@ _PACKED = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 def _stresses(material: Medium, squares: Extended) -> Extended:
     """Principal stresses [Pa] `[..., 3]` after the return, of principal values of the trial b `[..., 3]`."""
     strain = 0.5 * np.log(squares)
-    flat = np.zeros(squares.shape[:-1], dtype=np.longdouble)
-    if isinstance(material, SnowMaterial):
-        elastic, plastic = snow_return(material, strain, flat + 1.0)  # type: ignore[arg-type]
-        return principal_stress(material, elastic, plastic)  # type: ignore[return-value]
-    assert not isinstance(material, WaterMaterial)
-    elastic, _, _ = radial_return(material, strain, flat)  # type: ignore[arg-type]
-    return principal_stress(material, elastic)  # type: ignore[return-value]
+    history = material.rest_history(strain).astype(np.longdouble)
+    return material.stress(*material.returned(strain, history))  # type: ignore[arg-type,return-value]
 
 
 def exact_adjoint(material: Medium, squares: Extended, adjoint: Array) -> Array:
@@ -107,7 +103,7 @@ def equal_stretches(record: EpisodeRecorder) -> None:
         size = np.linalg.norm(exact, axis=(1, 2))
         rounding = 1e-5
         if isinstance(material, ClayMaterial | MudMaterial):
-            mu, _, yield_stress, *_ = material.constants
+            mu, yield_stress = material.mu, material.yield_stress
             rounding = max(rounding, 0.5 * float(np.finfo(np.float32).eps) * 2.0 * mu / yield_stress)
         for precision, tolerance in ((64, 1e-10), (32, rounding)):
             found = solver_adjoint(name, frames, squares, adjoints, precision)

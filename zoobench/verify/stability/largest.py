@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from zoobench.sim.model.matter import Law
+from zoobench.sim.model.laws.snow import SnowMaterial
 from zoobench.sim.model.scene import ElasticBody, Ground, Scene
 from zoobench.sim.model.state import Matter
 from zoobench.sim.solver import Solver
@@ -160,7 +160,7 @@ def _boxed(name: str) -> Solver:
     side = 4 * scenes.SPACING
     places = scenes.cube(scenes.ORIGIN)
     # snow yields beyond its clamps, and sand shears at the walls: both are equilibrated first
-    strain = 0.002 if material.law is Law.SNOW else 0.005
+    strain = 0.002 if isinstance(material, SnowMaterial) else 0.005
     bed = scenes.bed_of(material, places, np.full((len(places), 3), -strain))
     body = scenes.bystander((side / 2, side / 2, side / 2))
     scene = Scene(body, scenes.ORIGIN, (side, side, side), medium=bed, ground=Ground(0.0), gravity=scenes.STILL)

@@ -5,7 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 from zoobench.arrays import Array
-from zoobench.sim.model.matter import LARGEST_PLASTIC, SMALLEST_PLASTIC, ElasticMaterial, Law, WaterMaterial
+from zoobench.sim.model.laws.elastic import ElasticMaterial
+from zoobench.sim.model.laws.snow import LARGEST_PLASTIC, SMALLEST_PLASTIC, SnowMaterial
+from zoobench.sim.model.laws.water import WaterMaterial
 from zoobench.sim.model.scene import Ground, Scene
 from zoobench.sim.solver import Solver
 from zoobench.verify.energies import medium_strain, to_array
@@ -88,7 +90,7 @@ def snow_load_cycles(record: EpisodeRecorder) -> None:
     The work of the stress in a cycle is dissipated, and cannot be negative once the state repeats.
     """
     material = replace(scenes.medium_material("snow"), density=1e12)
-    assert material.law is Law.SNOW
+    assert isinstance(material, SnowMaterial)
     solver = scenes.reset_solver(scenes.lone_bed(scenes.bed_of(material, np.array([[0.5, 0.5, 0.5]]))))
     works, extremes, off, dt, steps = [], [1.0, 1.0], 0.0, 1e-4, 2000
     for amplitude in (0.01, 0.5, 4.0, 0.5, 0.5):
@@ -202,7 +204,8 @@ def buoyant_release(record: EpisodeRecorder) -> None:
     places = scene.medium.positions
     wet = ~((places > low) & (places < high)).all(1)
     water = scene.medium.material
-    squeeze = 9.81 * water.density * (16 * _H - places[wet, 1]) / water.constants[1]
+    assert isinstance(water, WaterMaterial)
+    squeeze = 9.81 * water.density * (16 * _H - places[wet, 1]) / water.bulk_modulus
     medium = scenes.bed_of(water, places[wet], np.repeat(-squeeze[:, None] / 3.0, 3, axis=1))
     medium = replace(medium, volumes=medium.volumes / medium.history)  # rest volumes of compressed water
     solver = Solver(replace(scene, robot=body, medium=medium), scenes.fidelity())

@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from zoobench.sim.model.laws_numpy import principal_stress
-from zoobench.sim.model.matter import SMALLEST_PLASTIC, Law
+from zoobench.sim.model.laws.snow import SMALLEST_PLASTIC, SnowMaterial
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.solver import Solver
 from zoobench.verify.stability import stability_scenes as scenes
@@ -36,11 +35,11 @@ def lone_elastic() -> Scene:
 def lone_medium(name: str) -> Scene:
     """One particle of a medium, slightly compressed; water as much as its step limit allows, snow fully hardened."""
     material = scenes.medium_material(name)
-    strains = np.full((1, 3), np.log(0.9) / 3.0) if material.law is Law.WATER else _PRESSED
+    strains = np.full((1, 3), np.log(0.9) / 3.0) if material.is_liquid else _PRESSED
     bed = scenes.bed_of(material, np.array([PLACE]), strains)
-    if material.law is Law.SNOW:
+    if isinstance(material, SnowMaterial):
         hard = np.full(1, SMALLEST_PLASTIC)
-        stress = np.hstack([principal_stress(material, strains, hard), np.zeros((1, 3))])
+        stress = np.hstack([material.stress(strains, hard), np.zeros((1, 3))])
         bed = replace(bed, history=hard, stress=stress)
     return scenes.lone_bed(bed)
 

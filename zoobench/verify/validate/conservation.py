@@ -6,8 +6,7 @@ import numpy as np
 
 from zoobench.arrays import Array
 from zoobench.sim.model.fidelity import Transfer
-from zoobench.sim.model.laws_numpy import neo_hookean_energy
-from zoobench.sim.model.matter import ElasticMaterial
+from zoobench.sim.model.laws.elastic import ElasticMaterial, neo_hookean_energy
 from zoobench.sim.model.scene import Scene
 from zoobench.verify.cases import CaseRecorder, case
 from zoobench.verify.validate.rig import GRAVITY, WEIGHTLESS, Rig, lattice, passive_body

@@ -9,7 +9,10 @@ import math
 import numpy as np
 
 from zoobench.arrays import Array
-from zoobench.sim.model.matter import ClayMaterial, Medium, SandMaterial, SnowMaterial
+from zoobench.sim.model.laws.clay import ClayMaterial
+from zoobench.sim.model.laws.medium import Medium
+from zoobench.sim.model.laws.sand import SandMaterial
+from zoobench.sim.model.laws.snow import SnowMaterial
 from zoobench.sim.model.scene import Scene
 from zoobench.verify.cases import CaseRecorder, case
 from zoobench.verify.validate.rig import WEIGHTLESS, Rig, bed, dust
@@ -97,7 +100,7 @@ def snow_press(record: CaseRecorder) -> None:
     """
     material = SnowMaterial(1.4e5, 0.2, _HEAVY, critical_compression=2.5e-2, critical_stretch=7.5e-3, hardening=10.0)
     element = _Element(material)
-    mu, lam = material.constants[:2]
+    mu, lam = material.lame
     critical, J = 1 - material.critical_compression, np.linspace(0.9975, 0.79, 84)
     found, plastic, before = [], [], 1.0
     for value in J:

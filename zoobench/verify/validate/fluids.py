@@ -10,8 +10,8 @@ from itertools import product
 import numpy as np
 
 from zoobench.arrays import Array
-from zoobench.sim.model.laws_numpy import water_pressure
-from zoobench.sim.model.matter import ElasticMaterial, WaterMaterial
+from zoobench.sim.model.laws.elastic import ElasticMaterial
+from zoobench.sim.model.laws.water import WaterMaterial
 from zoobench.sim.model.scene import Ground, Scene
 from zoobench.verify.cases import CaseRecorder, Shortfall, case
 from zoobench.verify.validate.rig import GRAVITY, Rig, bed, dust, lattice, passive_body
@@ -34,7 +34,7 @@ def _hydrostatic_strain(material: WaterMaterial, depth: Array) -> Array:
 def _rows(rig: Rig, material: WaterMaterial, row: Array) -> Array:
     """Mean pressure [Pa] of the particles by their initial row of cells."""
     J = rig.history.astype(float)
-    return np.bincount(row, water_pressure(material, J) / J) / np.bincount(row)
+    return np.bincount(row, material.pressure(J) / J) / np.bincount(row)
 
 
 def _settled(cells: int) -> tuple[Rig, Array, Array]:

@@ -7,7 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from zoobench.arrays import Array
-from zoobench.sim.model.matter import ClayMaterial, ElasticMaterial, MudMaterial
+from zoobench.sim.model.laws.clay import ClayMaterial
+from zoobench.sim.model.laws.elastic import ElasticMaterial
+from zoobench.sim.model.laws.mud import MudMaterial
 from zoobench.sim.model.scene import Ground, Scene
 from zoobench.verify.cases import CaseRecorder, Shortfall, case
 from zoobench.verify.validate.rig import WEIGHTLESS, Rig, bed, lattice, passive_body

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from zoobench.arrays import Array
-from zoobench.sim.model.matter import ElasticMaterial
+from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.scene import Ground, Scene
 from zoobench.sim.model.standing import standing
 from zoobench.verify.cases import CaseRecorder, case

@@ -9,7 +9,7 @@ import numpy as np
 
 from zoobench.arrays import Array
 from zoobench.sim.model.fidelity import Fidelity
-from zoobench.sim.model.matter import ElasticMaterial
+from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.rollout import Rollout
 from zoobench.sim.model.scene import Ground, Scene
 from zoobench.sim.model.standing import standing

@@ -10,7 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from zoobench.arrays import Array
-from zoobench.sim.model.matter import MudMaterial, SandMaterial
+from zoobench.sim.model.laws.mud import MudMaterial
+from zoobench.sim.model.laws.sand import SandMaterial
 from zoobench.sim.model.scene import Ground, Scene
 from zoobench.verify.cases import CaseRecorder, Shortfall, case
 from zoobench.verify.validate.rig import GRAVITY, Rig, bed, dust, lattice, repeat
@@ -67,7 +68,7 @@ class Layer:
             medium=bed(self.material, points, h**3 / 4, _pressed(self.material, depth - points[:, 1])),
             ground=Ground(_ROUGH),
         )  # fmt: skip
-        shear = math.sqrt(self.material.constants[0] / _DENSITY)
+        shear = math.sqrt(self.material.mu / _DENSITY)
         self.slowest = math.pi / 2 * shear / depth
         self.rig = Rig(scene, h, 4 * depth / shear)  # one period of the layer's shear
         self.depth, self._shape, self._shifts = depth, (count, len(piece)), shifts

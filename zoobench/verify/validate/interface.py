@@ -6,9 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 from zoobench.arrays import Array
-from zoobench.envs.bed import rest_strains
 from zoobench.sim.model.fidelity import Transfer
-from zoobench.sim.model.matter import ClayMaterial, ElasticMaterial, MudMaterial
+from zoobench.sim.model.laws.clay import ClayMaterial
+from zoobench.sim.model.laws.elastic import ElasticMaterial
+from zoobench.sim.model.laws.mud import MudMaterial
 from zoobench.sim.model.scene import Ground, Scene
 from zoobench.verify.cases import CaseRecorder, case
 from zoobench.verify.validate.footings import PRANDTL
@@ -54,7 +55,7 @@ def sinking_block(cells: int, friction: float | None, transfer: Transfer = "apic
     scene = Scene(
         passive_body(ElasticMaterial(2e5, 0.3, _BLOCK_DENSITY, viscosity=20.0), block, edge**3), (0, 0, 0),
         (wide, _MUD_DEPTH + _BLOCK_HEIGHT + 4 * h, h),
-        medium=replace(bed(_MUD, places, edge**3, rest_strains(_MUD, load)), friction=friction), ground=Ground(0.5),
+        medium=replace(bed(_MUD, places, edge**3, _MUD.rest_strains(load)), friction=friction), ground=Ground(0.5),
         gravity=(0.0, -GRAVITY, 0.0),
     )  # fmt: skip
     pieces = 30

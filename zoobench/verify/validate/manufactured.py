@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from zoobench.arrays import Array
-from zoobench.sim.model.matter import ElasticMaterial
+from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.scene import Scene
 from zoobench.verify.cases import CaseRecorder, case
 from zoobench.verify.validate.rig import WEIGHTLESS, Rig, lattice, order_of_accuracy, passive_body

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from zoobench.arrays import Array
-from zoobench.sim.model.matter import ElasticMaterial
+from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.scene import Scene
 from zoobench.verify.cases import CaseRecorder, Shortfall, case
 from zoobench.verify.validate.rig import WEIGHTLESS, Rig, Vector, lattice, order_of_accuracy, passive_body

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from zoobench.arrays import Array
-from zoobench.sim.model.matter import MudMaterial
+from zoobench.sim.model.laws.mud import MudMaterial
 from zoobench.verify.cases import CaseRecorder, Shortfall, case
 from zoobench.verify.validate.granular import Layer
 from zoobench.verify.validate.rig import GRAVITY

@@ -13,7 +13,7 @@ from zoobench.arrays import Array
 from zoobench.designs.base import Body
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
-from zoobench.sim.model.matter import ElasticMaterial
+from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.scene import ElasticBody, Scene
 from zoobench.sim.solver import Solver
 from zoobench.spec import Ref

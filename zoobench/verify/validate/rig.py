@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from zoobench.arrays import Array
 from zoobench.sim.model.fidelity import Fidelity
-from zoobench.sim.model.matter import ElasticMaterial, Medium
+from zoobench.sim.model.laws.elastic import ElasticMaterial
+from zoobench.sim.model.laws.medium import Medium
 from zoobench.sim.model.scene import ElasticBody, MediumBed, Scene
 from zoobench.sim.solver import Solver
 

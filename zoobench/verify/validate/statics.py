@@ -9,7 +9,7 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import brentq
 
 from zoobench.arrays import Array
-from zoobench.sim.model.matter import ElasticMaterial, lame_parameters
+from zoobench.sim.model.laws.elastic import ElasticMaterial, lame_parameters
 from zoobench.sim.model.scene import Scene
 from zoobench.verify.cases import CaseRecorder, case
 from zoobench.verify.validate.rig import GRAVITY, WEIGHTLESS, Rig, lattice, order_of_accuracy, passive_body

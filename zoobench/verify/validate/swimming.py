@@ -11,7 +11,7 @@ import numpy as np
 
 from zoobench.arrays import Array
 from zoobench.sim.model.grid_water import GridWater
-from zoobench.sim.model.matter import ElasticMaterial
+from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.scene import ElasticBody, Scene
 from zoobench.verify.cases import CaseRecorder, Shortfall, case
 from zoobench.verify.validate.rig import GRAVITY, WEIGHTLESS, Rig, Vector, dust, lattice, passive_body

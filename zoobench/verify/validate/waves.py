@@ -12,7 +12,8 @@ import numpy as np
 from scipy.optimize import curve_fit
 
 from zoobench.arrays import Array
-from zoobench.sim.model.matter import ElasticMaterial, WaterMaterial
+from zoobench.sim.model.laws.elastic import ElasticMaterial
+from zoobench.sim.model.laws.water import WaterMaterial
 from zoobench.sim.model.scene import Scene
 from zoobench.verify.cases import CaseRecorder, case
 from zoobench.verify.validate.rig import WEIGHTLESS, Rig, bed, dust, lattice, order_of_accuracy, passive_body, repeat

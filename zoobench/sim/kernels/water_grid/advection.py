@@ -16,7 +16,6 @@ import taichi as ti
 from zoobench.sim.kernels.columns import zero_lanes
 from zoobench.sim.kernels.water_grid.water_layout import (
     STAR,
-    VISCOSITY,
     WATER,
     arena,
     cells,
@@ -103,7 +102,7 @@ def speeds(grid: ti.template(), x, nodes: ti.template(), e: ti.template()):
 def advect(grid: ti.template(), scene: ti.template(), dt):
     """WATER, with its mirror images, to STAR after advection and viscosity; zero on the walls."""
     nodes, n = arena(scene), cells(scene)
-    courant, spread = dt * scene.inverse, dt * scene.medium[VISCOSITY] * scene.inverse * scene.inverse
+    courant, spread = dt * scene.inverse, dt * scene.medium.viscosity * scene.inverse * scene.inverse
     for i in range(n.x + 1):
         for j in range(n.y + 1):
             for k in range(n.z + 1):
@@ -144,7 +143,7 @@ def hold_walls(grid: ti.template(), field: ti.template(), scene: ti.template()):
 def advect_adjoint(grid: ti.template(), grid_adjoint: ti.template(), scene: ti.template(), dt):
     """Adjoint of `advect`: from that of STAR, zero on the walls, to that of WATER with its mirror images."""
     nodes, n = arena(scene), cells(scene)
-    courant, spread = dt * scene.inverse, dt * scene.medium[VISCOSITY] * scene.inverse * scene.inverse
+    courant, spread = dt * scene.inverse, dt * scene.medium.viscosity * scene.inverse * scene.inverse
     edge = ti.static(2)
     for i in range(-edge, n.x + edge):
         for j in range(-edge, n.y + edge):

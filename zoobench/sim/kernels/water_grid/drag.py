@@ -12,8 +12,6 @@ Deep in the robot there is no water, and what stands for it moves as the robot d
 
 import taichi as ti
 
-from zoobench.sim.kernels.water_grid.water_layout import DENSITY
-
 DRAG_FROM, DRAG_WHOLE = 0.7, 0.95
 """Solid shares at which drag begins and is complete [-], of particles' volumes times their `cover`."""
 
@@ -36,7 +34,7 @@ def shares(q, scene: ti.template()):
         drag=t * t * (3.0 - 2.0 * t),
         slope=6.0 * t * (1.0 - t) / (DRAG_WHOLE - DRAG_FROM) * per_cell,
         deep=deep,
-        water=scene.medium[DENSITY] * (1.0 - phi) / per_cell,
+        water=scene.medium.density * (1.0 - phi) / per_cell,
         per_cell=per_cell,
     )
 
@@ -44,7 +42,7 @@ def shares(q, scene: ti.template()):
 @ti.func
 def lightness(q, scene: ti.template()):
     """Density of water by that of the robot at a face with mass."""
-    return scene.medium[DENSITY] * q[2] / q[1]
+    return scene.medium.density * q[2] / q[1]
 
 
 @ti.func
@@ -88,10 +86,10 @@ def meeting_adjoint(q, u, lift, dt, v_adjoint, u_adjoint, mixture_adjoint, scene
     part_by = share.drag * slip * (v_by + dragged_by)
     free_by = v_by + slip_by
     # part = m / (m + m_w), m_w = rho (1 - phi) h^3
-    phi_by += part_by * part / total * scene.medium[DENSITY] / share.per_cell
+    phi_by += part_by * part / total * scene.medium.density / share.per_cell
     light_by = 0.0 - dt * lift * free_by
     mass_by = part_by * (1.0 - part) / total - (free_by * q[0] / q[1] + light_by * light) / q[1]
-    volume_by = light_by * scene.medium[DENSITY] / q[1]
+    volume_by = light_by * scene.medium.density / q[1]
     if q[2] * share.per_cell < FULLEST:
         volume_by += phi_by * share.per_cell
     row = ti.Vector([free_by / q[1], mass_by, volume_by, slip * exchange * share.slope])

@@ -27,6 +27,7 @@ from zoobench.sim.kernels.water_grid.water_layout import (
     only,
     unit,
 )
+from zoobench.sim.model.grid_water import GridWater
 
 
 @ti.func
@@ -164,7 +165,7 @@ def advance_immersed(
     """The planned substeps of every world; each writes `stride` slots further (0: in place)."""
     ti.loop_config(serialize=True)
     for w in range(state.shape[1]):
-        scene = scene_constants(constants)
+        scene = scene_constants(constants, GridWater)
         nodes, dt = arena(scene), dts[w]
         for n in range(plan[w, 1]):
             s = plan[w, 0] + n * stride
@@ -289,7 +290,7 @@ def reverse_immersed(
     """
     ti.loop_config(serialize=True)
     for w in range(state.shape[1]):
-        scene = scene_constants(constants)
+        scene = scene_constants(constants, GridWater)
         nodes, dt, n = arena(scene), dts[w], cells(scene)
         for back in range(plan[w, 1]):
             s = plan[w, 0] + plan[w, 1] - 1 - back

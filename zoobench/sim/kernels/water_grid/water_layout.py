@@ -18,9 +18,6 @@ cells; and the cells in the solver's own order."""
 
 FIELDS = 10
 
-DENSITY, VISCOSITY = 0, 1
-"""Of the medium's constants: density [kg/m^3] and kinematic viscosity [m^2/s]."""
-
 
 @ti.func
 def arena(scene: ti.template()):

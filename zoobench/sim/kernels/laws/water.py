@@ -15,8 +15,9 @@ counts by its mass: a robot in water should have about its density.
 import taichi as ti
 
 from zoobench.sim.kernels.boundary import WALL_NODES
+from zoobench.sim.kernels.laws.law import Law
 from zoobench.sim.kernels.splines import QUADRATIC
-from zoobench.sim.model.matter import LARGEST_RATIO, SMALLEST_RATIO, TOLERATED_SURPLUS
+from zoobench.sim.model.laws.water import LARGEST_RATIO, SMALLEST_RATIO, TOLERATED_SURPLUS, WaterMaterial
 
 RESPONSE_CROSSINGS = 60.0
 """Time in which a surplus of 1 changes log J by about 1, in units of the time that sound takes through a cell [-]."""
@@ -26,12 +27,12 @@ LEAST_ROOM = 0.01
 
 
 @ti.func
-def water_pressure(J, constants):
+def water_pressure(J, medium: ti.template()):
     """Kirchhoff pressure J p [Pa] and its derivative by J, of the Tait equation p = K/gamma (J^-gamma - 1); no tension.
 
     The equation of state of weakly compressible fluids (Becker and Teschner 2007).
     """
-    bulk, gamma = constants[1], constants[2]
+    bulk, gamma = medium.bulk_modulus, medium.exponent
     power = ti.pow(J, 1.0 - gamma)  # J p = K/gamma (J^(1 - gamma) - J)
     value, derivative = bulk / gamma * (power - J), bulk / gamma * ((1.0 - gamma) * power / J - 1.0)
     if J >= 1.0:
@@ -40,9 +41,17 @@ def water_pressure(J, constants):
 
 
 @ti.func
-def correction_share(inverse_spacing, dt, constants):
+def water_kappa(J, medium: ti.template()):
+    """-3 d(J p)/d log J of the Tait pressure at the present J [Pa]."""
+    bulk, gamma = medium.bulk_modulus, medium.exponent
+    held = ti.min(J, 1.0)
+    return 3.0 * bulk / gamma * ((gamma - 1.0) * ti.pow(held, 1.0 - gamma) + held)
+
+
+@ti.func
+def correction_share(inverse_spacing, dt, medium: ti.template()):
     """Fall of J in one substep for a surplus of 1 [-]; proportional to dt, so that the rate does not depend on it."""
-    bulk, density = constants[1], constants[3]
+    bulk, density = medium.bulk_modulus, medium.density
     # c dt / h, with the speed of sound c = sqrt(K / rho0): the share of a cell that sound crosses
     return dt * inverse_spacing * ti.sqrt(bulk / density) / RESPONSE_CROSSINGS
 
@@ -156,7 +165,7 @@ def room(at: ti.template(), w: ti.template(), scene: ti.template(), width: ti.te
 def density_factor(share, scene: ti.template()):
     """Relative density of a particle by the mass sum w m_i around it [1/kg], with its `room`."""
     whole = ti.max(share[0] * share[1] * share[2], LEAST_ROOM)
-    return scene.inverse * scene.inverse * scene.inverse / (scene.medium[3] * whole)
+    return scene.inverse * scene.inverse * scene.inverse / (scene.medium.density * whole)
 
 
 @ti.func
@@ -172,3 +181,6 @@ def room_adjoint(
             for d in ti.static(range(3)):
                 offset_adjoint[d] = -rho_adjoint * rho * change[d] / share[d]
     return offset_adjoint
+
+
+LAW = Law(WaterMaterial.constants, water_kappa, pressure=water_pressure, is_viscous=True)

@@ -1,4 +1,5 @@
-"""Constitutive laws of the media as isotropic functions of the left Cauchy-Green tensor b, with their adjoints.
+"""Stress and deformation of a medium's particles by its `law`: isotropic functions of the left Cauchy-Green tensor b,
+with their adjoints.
 
 A law maps the trial b of a substep and one scalar of history to the elastic b, the new history and the Kirchhoff
 stress. Near b = I it is computed by power series, without principal values, and so is its adjoint (`power_series`).
@@ -6,13 +7,7 @@ Elsewhere all three depend on b through its principal values and share its eigen
 of such a function y is, besides the derivatives by the principal values on the diagonal, the divided difference
 (y_i - y_j) / (b_i - b_j) off it (Daleckii and Krein 1965). Written without cancellation, these stay regular where
 principal values meet, which is the state of rest; the adjoint of the eigenvectors has b_i - b_j in a denominator
-instead (Giles 2008; Ionescu et al. 2015). `constants` are (mu, lambda, then the law's own), as `matter` lists them.
-
-    SAND  Drucker-Prager, Hencky strain (Klar et al. 2016), history: log-volume gained while loose
-    CLAY  von Mises, Hencky strain, no history
-    MUD   von Mises deviator with the pressure of a fluid, and viscous: Bingham-like beyond yield; no history
-    SNOW  fixed corotated with clamped stretches and hardening (Stomakhin et al. 2013), history: plastic volume ratio
-    WATER weakly compressible fluid, history: J; b is not stored
+instead (Giles 2008; Ionescu et al. 2015). Of a liquid J is the history, and b is not stored.
 """
 
 import taichi as ti
@@ -31,14 +26,9 @@ from zoobench.sim.kernels.columns import (
     transpose,
     transposed_matmul,
 )
-from zoobench.sim.kernels.corotated import snow_update, snow_update_adjoint
 from zoobench.sim.kernels.drift import relaxed_ratio, relaxed_ratio_adjoint
-from zoobench.sim.kernels.hencky import hencky_update, hencky_update_adjoint
+from zoobench.sim.kernels.laws.water import correction_share, water_ratio, water_ratio_adjoint
 from zoobench.sim.kernels.layout import STRAIN, STRESS, C, add_columns, add_history, columns, history, symmetric
-from zoobench.sim.kernels.water import correction_share, water_pressure, water_ratio, water_ratio_adjoint
-from zoobench.sim.model.matter import Law
-
-SAND, CLAY, MUD, SNOW, WATER = (int(law) for law in (Law.SAND, Law.CLAY, Law.MUD, Law.SNOW, Law.WATER))
 
 
 @ti.func
@@ -48,31 +38,32 @@ def shear_rate(a: ti.template()):
 
 
 @ti.func
-def medium_stress(state: ti.template(), s, w, p, constants, law: ti.template()):
-    """Kirchhoff stress [Pa] of a medium's particle at slot s, with 2 eta dev(D) of a fluid."""
-    stress = diagonal(0.0 * constants[0])
-    if ti.static(law == WATER):
-        pressure, _ = water_pressure(history(state, s, w, p), constants)
+def medium_stress(state: ti.template(), s, w, p, medium: ti.template(), law: ti.template()):
+    """Kirchhoff stress [Pa] of a medium's particle at slot s, with 2 eta dev(D) where it is viscous."""
+    stress = diagonal(0.0)
+    if ti.static(law.is_liquid):
+        pressure, _ = law.pressure(history(state, s, w, p), medium)
         stress = diagonal(-pressure)
     else:
         stress = from_symmetric(symmetric(state, s, w, p, STRESS))
-    if ti.static(law in (MUD, WATER)):
-        stress = add(stress, scale(2.0 * constants[4], shear_rate(columns(state, s, w, p, C))))
+    if ti.static(law.is_viscous):
+        stress = add(stress, scale(2.0 * medium.viscosity, shear_rate(columns(state, s, w, p, C))))
     return stress
 
 
 @ti.func
 def medium_stress_adjoint(
-    state: ti.template(), adjoint: ti.template(), s, w, p, tau_adjoint: ti.template(), constants, law: ti.template()
+    state: ti.template(), adjoint: ti.template(), s, w, p, tau_adjoint: ti.template(), medium: ti.template(),
+    law: ti.template(),
 ):  # fmt: skip
     """Adjoint of `medium_stress`: adds to those of C and J, sets that of the stored stress."""
-    if ti.static(law == WATER):
-        _, derivative = water_pressure(history(state, s, w, p), constants)
+    if ti.static(law.is_liquid):
+        _, derivative = law.pressure(history(state, s, w, p), medium)
         add_history(adjoint, 0, w, p, -derivative * trace(tau_adjoint))
     else:
         put_symmetric(adjoint, 0, w, p, STRESS, to_symmetric(tau_adjoint), 0.0)
-    if ti.static(law in (MUD, WATER)):
-        add_columns(adjoint, 0, w, p, C, scale(2.0 * constants[4], shear_rate(tau_adjoint)))
+    if ti.static(law.is_viscous):
+        add_columns(adjoint, 0, w, p, C, scale(2.0 * medium.viscosity, shear_rate(tau_adjoint)))
 
 
 @ti.func
@@ -94,19 +85,15 @@ def deform_medium(
 ):  # fmt: skip
     """Carry a medium's particle from slot s to t through the deformation increment `step` = I + dt C.
 
-    The relative density `rho` and the local `mean` of J act on water alone.
+    The relative density `rho` and the local `mean` of J act on a liquid alone.
     """
-    if ti.static(law == WATER):
+    if ti.static(law.is_liquid):
         share = correction_share(scene.inverse, dt, scene.medium)
         J = water_ratio(relaxed_ratio(history(state, s, w, p), mean, share), determinant(step), rho, share)
         state[t, w, p, STRAIN + 1] = ti.Vector([0.0, 0.0, J, 0.0])
     else:
         trial = to_symmetric(elastic_trial(step, from_symmetric(symmetric(state, s, w, p, STRAIN))))
-        b_new, after, stress = 0.0 * trial, 0.0 * trial[0], 0.0 * trial
-        if ti.static(law == SNOW):
-            b_new, after, stress = snow_update(trial, history(state, s, w, p), scene.medium)
-        else:
-            b_new, after, stress = hencky_update(trial, history(state, s, w, p), scene.medium, law)
+        b_new, after, stress = law.update(trial, history(state, s, w, p), scene.medium, law)
         put_symmetric(state, t, w, p, STRAIN, b_new, after)
         put_symmetric(state, t, w, p, STRESS, stress, 0.0)
 
@@ -119,7 +106,7 @@ def deform_medium_adjoint(
     """Adjoint of `deform_medium`: updates the state's adjoints, returns those of `step`, `rho` and `mean`."""
     step_adjoint, rho_adjoint, mean_adjoint = diagonal(0.0 * dt), 0.0 * dt, 0.0 * dt
     after_adjoint = history(adjoint, 0, w, p)
-    if ti.static(law == WATER):
+    if ti.static(law.is_liquid):
         share = correction_share(scene.inverse, dt, scene.medium)
         J = history(state, s, w, p)
         J_adjoint, growth_adjoint, rho_adjoint = water_ratio_adjoint(
@@ -133,15 +120,9 @@ def deform_medium_adjoint(
         half = matmul(step, old)
         trial = to_symmetric(matmul_transposed(half, step))
         b_adjoint, tau_adjoint = symmetric(adjoint, 0, w, p, STRAIN), symmetric(adjoint, 0, w, p, STRESS)
-        trial_adjoint, old_adjoint = 0.0 * trial, 0.0 * trial[0]
-        if ti.static(law == SNOW):
-            trial_adjoint, old_adjoint = snow_update_adjoint(
-                trial, history(state, s, w, p), b_adjoint, after_adjoint, tau_adjoint, scene.medium
-            )
-        else:
-            trial_adjoint, old_adjoint = hencky_update_adjoint(
-                trial, history(state, s, w, p), b_adjoint, after_adjoint, tau_adjoint, scene.medium, law
-            )
+        trial_adjoint, old_adjoint = law.update_adjoint(
+            trial, history(state, s, w, p), b_adjoint, after_adjoint, tau_adjoint, scene.medium, law
+        )
         # trial = S b S^T: 2 A S b by S and S^T A S by b, for the symmetric adjoint A of the trial
         turned = from_symmetric(trial_adjoint)
         step_adjoint = scale(2.0, matmul(turned, half))

@@ -1,9 +1,9 @@
-"""Sand, clay and mud: elasticity in Hencky strain log(b) / 2, radial return onto the yield surface, and its adjoint.
+"""What sand, clay and mud share: elasticity in Hencky strain log(b) / 2, radial return onto the yield surface of `law`,
+and its adjoint.
 
 Near b = I, where beds in use stay, logarithm and exponential are power series: the return needs the trace and the norm
 of the strain alone, and the adjoint is the same program in reverse. Elsewhere the eigenvectors of b are found, and the
-adjoint is that of an isotropic function as `media` has it. Symmetric tensors are 6-vectors as in `symmetric`;
-`constants` are (mu, lambda, then the law's own), as `matter` lists them.
+adjoint is that of an isotropic function as `media` has it. Symmetric tensors are 6-vectors as in `symmetric`.
 """
 
 import taichi as ti
@@ -20,109 +20,92 @@ from zoobench.sim.kernels.symmetric import (
     trace,
     unit,
 )
-from zoobench.sim.model.matter import Law
-
-SAND, MUD = int(Law.SAND), int(Law.MUD)
 
 SMALLEST_SQUARE = 1e-12
 """Squared principal stretch below which its logarithm is held."""
 
 
 @ti.func
-def cone(constants):
-    """Deviatoric Hencky strain at yield by compressive volumetric strain: alpha (3 lambda + 2 mu) / (2 mu).
-
-    The Drucker-Prager cone (Klar et al. 2016); `SandMaterial.cone_slope` is alpha.
-    """
-    mu, lam, alpha = constants[0], constants[1], constants[2]
-    return alpha * (3.0 * lam + 2.0 * mu) / (2.0 * mu)
+def constant_deviator(volume, medium: ti.template()):
+    """Norm of the deviatoric strain at a yield stress (von Mises)."""
+    return medium.yield_stress / (2.0 * medium.mu)
 
 
 @ti.func
-def radial_return(volume, size, constants, law: ti.template()):
+def no_steepness(medium: ti.template()):
+    """Of a yield surface that does not depend on the volume."""
+    return 0.0
+
+
+@ti.func
+def linear_pressure(volume, medium: ti.template()):
+    """lambda tr(eps), and its derivative."""
+    return medium.lam * volume, medium.lam
+
+
+@ti.func
+def radial_return(volume, size, medium: ti.template(), law: ti.template()):
     """Ratio of the deviator kept at volumetric strain `volume` and deviator norm `size`, and the new history.
 
-    The ratio scales the deviator back onto the yield surface: 1 elastic, 0 loose sand.
+    The ratio scales the deviator back onto the yield surface: 1 elastic, 0 loose.
     """
     keep, left = 1.0 + 0.0 * volume, 0.0 * volume
-    limit = constants[2] / (2.0 * constants[0])
-    if ti.static(law == SAND):
-        limit = -cone(constants) * volume
-    if size > limit:  # |dev tau| = 2 mu |dev eps| is beyond the cone (sand) or the yield stress (von Mises)
+    limit = law.surface.largest_deviator(volume, medium)
+    if size > limit:
         keep = limit / size
-    if ti.static(law == SAND):
-        # tr(eps) >= 0: the tip of the cone, no stress (Klar et al. 2016); the volume gained there is used up before
-        # pressure returns (Tampubolon et al. 2017)
+    if ti.static(law.surface.is_loose_in_tension):
         if volume >= 0.0:
             keep, left = 0.0, volume
     return keep, left
 
 
 @ti.func
-def radial_return_adjoint(volume, size, along, mean, left_adjoint, constants, law: ti.template()):
+def radial_return_adjoint(volume, size, along, mean, left_adjoint, medium: ti.template(), law: ti.template()):
     """Adjoints of elastic = keep deviator + volume / 3 I, by that of the elastic strain, A, and of the new history.
 
     `along` is deviator : A and `mean` tr(A) / 3. Returns keep and r of the deviator's adjoint keep dev(A) - r deviator,
     and the adjoint of the volume.
     """
     keep, radial, volume_adjoint = 1.0 + 0.0 * volume, 0.0 * volume, mean
-    limit, slope = constants[2] / (2.0 * constants[0]), 0.0
-    if ti.static(law == SAND):
-        slope = cone(constants)
-        limit = -slope * volume
+    limit, slope = law.surface.largest_deviator(volume, medium), law.surface.steepness(medium)
     if size > limit:
-        # elastic = limit n + volume / 3 with n = deviator / size: dn = (I - n n^T) d deviator / size, and for sand
+        # elastic = limit n + volume / 3 with n = deviator / size: dn = (I - n n^T) d deviator / size, and
         # d limit = -slope d volume
         keep = limit / size
         radial = keep * along / (size * size)
         volume_adjoint -= slope * along / size
-    if ti.static(law == SAND):
+    if ti.static(law.surface.is_loose_in_tension):
         if volume >= 0.0:
             keep, radial, volume_adjoint = 0.0, 0.0, left_adjoint
     return keep, radial, volume_adjoint
 
 
 @ti.func
-def spherical(volume, constants, law: ti.template()):
-    """g and its derivative by the volumetric strain; the stress of a Hencky law is 2 mu eps + g(tr eps) I.
-
-    For sand and clay g = lambda tr(eps). Mud has the pressure K (1 - J) of a fluid instead, and no tension.
-    """
-    g, derivative = constants[1] * volume, constants[1]
-    if ti.static(law == MUD):
-        mu, bulk = constants[0], constants[1] + 2.0 / 3.0 * constants[0]
-        J = ti.exp(volume)
-        g, derivative = -2.0 / 3.0 * mu * volume, -2.0 / 3.0 * mu
-        if J < 1.0:
-            g += bulk * J * (J - 1.0)
-            derivative += bulk * J * (2.0 * J - 1.0)
-    return g, derivative
-
-
-@ti.func
-def hencky_update(trial, history, constants, law: ti.template()):
-    """Elastic b, new history and Kirchhoff stress [Pa] of sand, clay or mud from the trial b."""
+def hencky_update(trial, history, medium: ti.template(), law: ti.template()):
+    """Elastic b, new history and Kirchhoff stress [Pa] from the trial b."""
     E = trial - unit()
     b, left, tau = trial, 0.0 * history, 0.0 * trial
     if contract(E, E) < NEAR * NEAR:
-        b, left, tau = _update_near(trial, history, constants, law)
+        b, left, tau = _update_near(trial, history, medium, law)
     else:
-        b, left, tau = _update_far(trial, history, constants, law)
+        b, left, tau = _update_far(trial, history, medium, law)
     return b, left, tau
 
 
 @ti.func
-def hencky_update_adjoint(trial, history, b_adjoint, left_adjoint, tau_adjoint, constants, law: ti.template()):
+def hencky_update_adjoint(
+    trial, history, b_adjoint, left_adjoint, tau_adjoint, medium: ti.template(), law: ti.template()
+):
     """Adjoint of `hencky_update` by the trial b and the old history."""
     E = trial - unit()
     trial_adjoint, history_adjoint = 0.0 * trial, 0.0 * history
     if contract(E, E) < NEAR * NEAR:
         trial_adjoint, history_adjoint = _update_near_adjoint(
-            trial, history, b_adjoint, left_adjoint, tau_adjoint, constants, law
+            trial, history, b_adjoint, left_adjoint, tau_adjoint, medium, law
         )
     else:
         trial_adjoint, history_adjoint = _update_far_adjoint(
-            trial, history, b_adjoint, left_adjoint, tau_adjoint, constants, law
+            trial, history, b_adjoint, left_adjoint, tau_adjoint, medium, law
         )
     return trial_adjoint, history_adjoint
 
@@ -135,18 +118,18 @@ def _half_logarithm(E, E2, inv):
 
 
 @ti.func
-def _update_near(trial, history, constants, law: ti.template()):
+def _update_near(trial, history, medium: ti.template(), law: ti.template()):
     """`hencky_update` by series."""
     E = trial - unit()
     strain, total = _half_logarithm(E, square(E), invariants(E))
     volume = total + history
     size = ti.sqrt(contract(strain, strain))
-    keep, left = radial_return(volume, size, constants, law)
+    keep, left = radial_return(volume, size, medium, law)
     b, tau = unit(), 0.0 * trial
-    if ti.static(law != SAND) or volume < 0.0:
+    if ti.static(not law.surface.is_loose_in_tension) or volume < 0.0:
         elastic = keep * strain
-        g, _ = spherical(volume, constants, law)
-        tau = 2.0 * constants[0] * elastic + (2.0 / 3.0 * constants[0] * volume + g) * unit()
+        g, _ = law.surface.spherical(volume, medium)
+        tau = 2.0 * medium.mu * elastic + (2.0 / 3.0 * medium.mu * volume + g) * unit()
         b = trial
         if keep < 1.0 or history != 0.0:
             X = 2.0 * elastic
@@ -156,20 +139,22 @@ def _update_near(trial, history, constants, law: ti.template()):
 
 
 @ti.func
-def _update_near_adjoint(trial, history, b_adjoint, left_adjoint, tau_adjoint, constants, law: ti.template()):
+def _update_near_adjoint(
+    trial, history, b_adjoint, left_adjoint, tau_adjoint, medium: ti.template(), law: ti.template()
+):
     """Adjoint of `_update_near`."""
     E = trial - unit()
     E2, inv = square(E), invariants(E)
     strain, total = _half_logarithm(E, E2, inv)
     volume = total + history
     size = ti.sqrt(contract(strain, strain))
-    keep, _ = radial_return(volume, size, constants, law)
+    keep, _ = radial_return(volume, size, medium, law)
     direct, elastic_adjoint = 0.0 * trial, 0.0 * trial
     mean, history_adjoint = 0.0 * volume, 0.0 * volume
-    if ti.static(law != SAND) or volume < 0.0:
-        _, derivative = spherical(volume, constants, law)
-        elastic_adjoint = 2.0 * constants[0] * tau_adjoint
-        mean = (2.0 / 3.0 * constants[0] + derivative) * trace(tau_adjoint)
+    if ti.static(not law.surface.is_loose_in_tension) or volume < 0.0:
+        _, derivative = law.surface.spherical(volume, medium)
+        elastic_adjoint = 2.0 * medium.mu * tau_adjoint
+        mean = (2.0 / 3.0 * medium.mu + derivative) * trace(tau_adjoint)
         if keep < 1.0 or history != 0.0:
             # b = exp(2/3 volume) exp(X) with X = 2 keep strain
             X = 2.0 * keep * strain
@@ -184,7 +169,7 @@ def _update_near_adjoint(trial, history, b_adjoint, left_adjoint, tau_adjoint, c
             direct = b_adjoint
             history_adjoint = 2.0 / 3.0 * contract(trial, b_adjoint)
     along = contract(strain, elastic_adjoint)
-    keep, radial, volume_adjoint = radial_return_adjoint(volume, size, along, mean, left_adjoint, constants, law)
+    keep, radial, volume_adjoint = radial_return_adjoint(volume, size, along, mean, left_adjoint, medium, law)
     strain_adjoint = deviator(keep * elastic_adjoint) - radial * strain + volume_adjoint * unit()
     E_adjoint = series_adjoint(E, E2, inv, ti.static(by_precision(HALF_LOGARITHM)), strain_adjoint)
     return direct + E_adjoint, history_adjoint + volume_adjoint
@@ -203,22 +188,22 @@ def _exponential(x):
 
 
 @ti.func
-def _principal_return(strain, history, constants, law: ti.template()):
+def _principal_return(strain, history, medium: ti.template(), law: ti.template()):
     """Elastic principal strains, new history and the ratio of the deviator kept, from principal trial strains."""
     volume = strain.sum() + history
     shear = strain - strain.sum() / 3.0
-    keep, left = radial_return(volume, shear.norm(), constants, law)
+    keep, left = radial_return(volume, shear.norm(), medium, law)
     return keep * shear + (volume - left) / 3.0, left, keep
 
 
 @ti.func
-def _update_far(trial, history, constants, law: ti.template()):
+def _update_far(trial, history, medium: ti.template(), law: ti.template()):
     """`hencky_update` by eigenvectors."""
     squares, frame = eigen_symmetric(trial)
     strain = _principal_strain(squares)
-    elastic, left, _ = _principal_return(strain, history, constants, law)
-    g, _ = spherical(elastic.sum(), constants, law)
-    squared, stress = _exponential(2.0 * elastic), 2.0 * constants[0] * elastic + g
+    elastic, left, _ = _principal_return(strain, history, medium, law)
+    g, _ = law.surface.spherical(elastic.sum(), medium)
+    squared, stress = _exponential(2.0 * elastic), 2.0 * medium.mu * elastic + g
     b, tau = 0.0 * trial, 0.0 * trial
     for i in ti.static(range(3)):
         across = dyad(frame, i, i)
@@ -228,20 +213,22 @@ def _update_far(trial, history, constants, law: ti.template()):
 
 
 @ti.func
-def _update_far_adjoint(trial, history, b_adjoint, left_adjoint, tau_adjoint, constants, law: ti.template()):
+def _update_far_adjoint(
+    trial, history, b_adjoint, left_adjoint, tau_adjoint, medium: ti.template(), law: ti.template()
+):
     """Adjoint of `_update_far`."""
     squares, frame = eigen_symmetric(trial)
     strain = _principal_strain(squares)
-    elastic, _, keep = _principal_return(strain, history, constants, law)
-    _, derivative = spherical(elastic.sum(), constants, law)
+    elastic, _, keep = _principal_return(strain, history, medium, law)
+    _, derivative = law.surface.spherical(elastic.sum(), medium)
     old, new = _exponential(strain), _exponential(elastic)
-    stress_adjoint = 2.0 * constants[0] * tau_adjoint
+    stress_adjoint = 2.0 * medium.mu * tau_adjoint
     elastic_adjoint = derivative * trace(tau_adjoint) + 0.0 * strain
     for i in ti.static(range(3)):
         elastic_adjoint[i] += contract(2.0 * new[i] * new[i] * b_adjoint + stress_adjoint, dyad(frame, i, i))
     shear, mean = strain - strain.sum() / 3.0, elastic_adjoint.sum() / 3.0
     _, radial, volume_adjoint = radial_return_adjoint(
-        strain.sum() + history, shear.norm(), shear.dot(elastic_adjoint), mean, left_adjoint, constants, law
+        strain.sum() + history, shear.norm(), shear.dot(elastic_adjoint), mean, left_adjoint, medium, law
     )
     strain_adjoint = keep * (elastic_adjoint - mean) - radial * shear + volume_adjoint
     trial_adjoint = 0.0 * trial
