@@ -11,6 +11,7 @@ import taichi as ti
 from zoobench.sim import runtime
 from zoobench.sim.kernels.array_types import Rows, Scalars
 from zoobench.sim.kernels.columns import add, diagonal, from_symmetric, lanes, matmul, scale, to_symmetric
+from zoobench.sim.kernels.context import Around, Context
 from zoobench.sim.kernels.flip import divide_node
 from zoobench.sim.kernels.laws.media import deform_medium, elastic_trial
 from zoobench.sim.kernels.layout import (
@@ -60,48 +61,46 @@ CLEAR, STRESS, SCATTER, NODES, GATHER, DEFORM, DECOMPOSITION, WINDOW = (int(part
 
 
 @ti.func
-def particle_part(
-    state: ti.template(), window: ti.template(), body: ti.template(), grid: ti.template(), spare, nodes: ti.template(),
-    scene: ti.template(), dt, w, p, variant: ti.template(), part: ti.template(),
-):  # fmt: skip
+def particle_part(c: ti.template(), p, spare, part: ti.template()):
     """One particle's share of one part."""
-    at = stencil(state[0, w, p, X], scene, layer(nodes, scene, p, variant), variant.width)
+    at = stencil(c.state[0, c.w, p, X], c.scene, layer(c, p), c.variant.width)
     if ti.static(part == STRESS):
-        put_columns(state, 1, w, p, C, particle_stress(state, body, scene, 0, w, p, variant))
+        put_columns(c.state, 1, c.w, p, C, particle_stress(c, p))
     if ti.static(part == SCATTER):
-        origin, slope = linear_motion(state, scene, 0, w, p, body[w, p, 0][MASS], at)
+        origin, slope = linear_motion(c, p, c.body[c.w, p, 0][MASS], at)
         given = ti.Struct(node=at.node, offset=at.offset, origin=origin, slope=slope)
-        to_grid(state, body, grid, 0, nodes, scene, 0, w, p, given, variant)
+        to_grid(c, p, given, None)
     if ti.static(part == GATHER):
-        share = weights(at.offset, variant.width)
-        velocity, rate = gather_affine(grid, VELOCITY, 0, nodes, at, share, scene.inverse, variant.width)
-        state[1, w, p, X] = state[0, w, p, X] + dt * velocity
-        if ti.static(variant.uses(AFLIP)):
-            before, affine = gather_affine(grid, BEFORE, spare, nodes, at, share, scene.inverse, variant.width)
+        share = weights(at.offset, c.variant.width)
+        near = Around(at, share)
+        velocity, rate = gather_affine(c.field(VELOCITY), near, c.scene.inverse)
+        c.state[1, c.w, p, X] = c.state[0, c.w, p, X] + c.dt * velocity
+        if ti.static(c.variant.uses(AFLIP)):
+            before, affine = gather_affine(c.field(BEFORE, spare), near, c.scene.inverse)
             velocity += before
             rate = add(rate, affine)
-        state[1, w, p, V] = velocity
-        put_columns(state, 1, w, p, C, rate)
+        c.state[1, c.w, p, V] = velocity
+        put_columns(c.state, 1, c.w, p, C, rate)
     if ti.static(part in (DEFORM, DECOMPOSITION)):
-        change = scale(dt, columns(state, 0, w, p, C))
-        step = add(diagonal(1.0 + 0.0 * dt), change)
-        if is_robot(scene, p, variant):
+        change = scale(c.dt, columns(c.state, 0, c.w, p, C))
+        step = add(diagonal(1.0 + 0.0 * c.dt), change)
+        if is_robot(c, p):
             if ti.static(part == DEFORM):
-                deformation = columns(state, 0, w, p, F)
-                put_columns(state, 1, w, p, F, add(deformation, matmul(change, deformation)))
-        elif ti.static(part == DEFORM and variant.has_medium):
-            deform_medium(state, 0, 1, w, p, step, 1.0 + 0.0 * dt, 1.0 + 0.0 * dt, scene, dt, variant.law)
+                deformation = columns(c.state, 0, c.w, p, F)
+                put_columns(c.state, 1, c.w, p, F, add(deformation, matmul(change, deformation)))
+        elif ti.static(part == DEFORM and c.variant.has_medium):
+            deform_medium(c, p, step, 1.0 + 0.0 * c.dt, 1.0 + 0.0 * c.dt)
         elif ti.static(part == DECOMPOSITION):
-            trial = elastic_trial(step, from_symmetric(symmetric(state, 0, w, p, STRAIN)))
+            trial = elastic_trial(step, from_symmetric(symmetric(c.state, 0, c.w, p, STRAIN)))
             squares, frame = eigen_symmetric(to_symmetric(trial))
-            state[1, w, p, V] = lanes(squares[0], squares[1], squares[2], 0.0)
+            c.state[1, c.w, p, V] = lanes(squares[0], squares[1], squares[2], 0.0)
             for d in ti.static(range(3)):
-                state[1, w, p, C + d] = lanes(frame[0, d], frame[1, d], frame[2, d], 0.0)
+                c.state[1, c.w, p, C + d] = lanes(frame[0, d], frame[1, d], frame[2, d], 0.0)
     if ti.static(part == WINDOW):
         first = (at.x, at.y, at.z)
         for d in ti.static(range(3)):
-            window[1, w, d] = ti.min(window[1, w, d], first[d])
-            window[1, w, 3 + d] = ti.max(window[1, w, 3 + d], first[d] + variant.width)
+            c.window[1, c.w, d] = ti.min(c.window[1, c.w, d], first[d])
+            c.window[1, c.w, 3 + d] = ti.max(c.window[1, c.w, 3 + d], first[d] + c.variant.width)
 
 
 @ti.kernel
@@ -114,19 +113,23 @@ def repeat_part(
     for w in range(state.shape[1]):
         scene = scene_constants(constants, variant.law)
         nodes, spare = box(window, 0, w), grid.shape[1] // 2
+        c = Context(
+            variant, state=state, window=window, window_slot=0, body=body, grid=grid, terrain=terrain, scene=scene,
+            nodes=nodes, dt=dt, w=w, s=0, t=1, start=0,
+        )  # fmt: skip
         size = layers(variant) * nodes.size
         for _ in range(count):
             if ti.static(part == CLEAR):
                 clear(grid, spare, size, variant)
             elif ti.static(part == NODES):
-                update_nodes(grid, window, 0, nodes, scene, dt, 0, w, terrain, variant)
+                update_nodes(c)
                 if ti.static(variant.uses(AFLIP)):
                     for m in range(size):
                         grid[BEFORE, spare + m] = grid[BEFORE, m]
                         divide_node(grid, spare + m)
             else:
                 for p in range(state.shape[2]):
-                    particle_part(state, window, body, grid, spare, nodes, scene, dt, w, p, variant, part)
+                    particle_part(c, p, spare, part)
 
 
 class Ablation:

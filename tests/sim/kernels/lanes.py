@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import numpy as np
 import taichi as ti
@@ -9,8 +10,11 @@ import torch
 
 from zoobench.arrays import Array
 from zoobench.sim import runtime
+from zoobench.sim.kernels.boundary import PLANE
 from zoobench.sim.kernels.laws.water import LAW
-from zoobench.sim.kernels.layout import CONSTANTS
+from zoobench.sim.kernels.layout import CONSTANTS, Variant
+from zoobench.sim.kernels.splines import QUADRATIC
+from zoobench.sim.kernels.transfer import APIC
 
 
 @contextmanager
@@ -50,6 +54,15 @@ def constants(nodes: int, spacing: float = 1.0, density: float = 1.0) -> Array:
     """Those of a cubic grid, with water of a density."""
     given = {"spacing": spacing, "density": density, "nodes_x": nodes, "nodes_y": nodes, "nodes_z": nodes}
     return np.array([given.get(name, 0.0) for name in (*CONSTANTS, *LAW.constants)], dtype=float)
+
+
+def variant(**changes: Any) -> Variant:
+    """What a kernel is compiled for: a robot alone on level ground, with these changes."""
+    given: dict[str, Any] = {
+        "muscle": False, "damping": False, "law": None, "ground": PLANE, "skin": False, "width": QUADRATIC,
+        "transfer": APIC, "medium_transfer": APIC, "sleep": False, "two_fields": False, "fbar": False,
+    }  # fmt: skip
+    return Variant(**given | changes)
 
 
 def grid(fields: int, nodes: int, field: int, values: Array) -> Array:

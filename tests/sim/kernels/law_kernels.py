@@ -7,7 +7,7 @@ import taichi as ti
 from zoobench.sim.kernels.array_types import Rows, Scalars
 from zoobench.sim.kernels.columns import lanes, matrix, to_symmetric
 from zoobench.sim.kernels.laws.media import shear_rate
-from zoobench.sim.kernels.layout import by_name
+from zoobench.sim.kernels.layout import by_name, while_compiling
 from zoobench.sim.kernels.power_series import (
     EXPONENTIAL,
     HALF_LOGARITHM,
@@ -33,12 +33,10 @@ Matrices = ti.types.ndarray(dtype=ti.types.matrix(3, 3, float))
 Symmetric = ti.types.ndarray(dtype=ti.types.vector(6, float))
 
 
+@while_compiling
 def medium_of(constants, law):
     """The constants of a medium by name."""
     return ti.Struct(**by_name(constants, law.constants))
-
-
-medium_of._is_taichi_function = False
 
 
 @ti.func

@@ -7,6 +7,7 @@ import taichi as ti
 import torch
 
 from tests.sim import scenes
+from tests.sim.kernels.lanes import variant
 from zoobench.sim import runtime
 from zoobench.sim.kernels.array_types import Rows
 from zoobench.sim.kernels.boundary import (
@@ -18,6 +19,7 @@ from zoobench.sim.kernels.boundary import (
     press,
     press_adjoint,
 )
+from zoobench.sim.kernels.context import Context
 from zoobench.sim.model.ground_skin import SKIN
 from zoobench.sim.model.rollout import Rollout
 from zoobench.sim.model.scene import Ground, Scene
@@ -33,12 +35,13 @@ INSIDE, FLOOR = 10, WALL_NODES
 @ti.kernel
 def _contact(
     v: Vectors, adjoint: Vectors, after: Vectors, back: Vectors, terrain: Rows, i: int, j: int, k: int, mu: float,
-    ground: ti.template(), tight: ti.template(),
+    variant: ti.template(), tight: ti.template(),
 ):  # fmt: skip
     for p in range(v.shape[0]):
-        index, shape = ti.Vector([i, j, k]), ti.Vector([NODE_COUNT, NODE_COUNT, NODE_COUNT])
-        after[p] = contact(v[p], index, shape, mu, terrain, ground, tight, 0)
-        back[p] = contact_adjoint(v[p], adjoint[p], index, shape, mu, terrain, ground, tight, 0)
+        scene = ti.Struct(nodes_x=NODE_COUNT, nodes_y=NODE_COUNT, nodes_z=NODE_COUNT)
+        c = Context(variant, scene=scene, terrain=terrain)
+        after[p] = contact(c, v[p], (i, j, k), mu, tight, 0)
+        back[p] = contact_adjoint(c, v[p], adjoint[p], (i, j, k), mu, tight, 0)
 
 
 def _apply(
@@ -55,7 +58,7 @@ def _apply(
     terrain = torch.zeros((0, 0, 4), dtype=torch.float64)
     if column is not None:
         terrain = torch.tensor(column, dtype=torch.float64).repeat(NODE_COUNT, NODE_COUNT, 1)
-    _contact(*tensors, terrain, *index, mu, PLANE if column is None else TERRAIN, tight)
+    _contact(*tensors, terrain, *index, mu, variant(ground=PLANE if column is None else TERRAIN), tight)
     return [tensors[2].numpy(), tensors[3].numpy()]
 
 

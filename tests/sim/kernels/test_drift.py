@@ -16,6 +16,7 @@ from tests.sim.test_adjoint import GROUPS, Probe
 from zoobench.arrays import Array
 from zoobench.sim.kernels.array_types import Rows, Scalars
 from zoobench.sim.kernels.boundary import WALL_NODES
+from zoobench.sim.kernels.context import Around, Field
 from zoobench.sim.kernels.drift import (
     RETURN_RATE,
     TOLERATED_DRIFT,
@@ -49,22 +50,24 @@ def ratios_all(
         nodes = arena(scene)
         for p in range(x.shape[0]):
             at = stencil(x[p], scene, nodes, width)
-            scatter_ratio(grid, nodes, at.node, weights(at.offset, width), J[p], mass, width)
+            w = weights(at.offset, width)
+            scatter_ratio(Field(grid, RATIO, nodes, 0, width), Around(at, w), J[p], mass)
         for p in range(x.shape[0]):
             at = stencil(x[p], scene, nodes, width)
             w, dw = weights(at.offset, width), weight_derivatives(at.offset, width)
             ratio, up = J[p], adjoint[p]
-            mean = mean_ratio(grid, nodes, at.node, w, ratio, width)
+            field, near = Field(grid, RATIO, nodes, 0, width), Around(at, w, dw)
+            mean = mean_ratio(field, near, ratio)
             after[p] = relaxed_ratio(ratio, mean, share)
             own_adjoint, mean_adjoint = relaxed_ratio_adjoint(ratio, mean, share, up)
             J_adjoint[p] = own_adjoint
             x_adjoint[p] = mean_ratio_adjoint(
-                grid, at.node, grid_adjoint, at.node, nodes, w, dw, mean, mean_adjoint, width
+                field, Field(grid_adjoint, RATIO, nodes, 0, width), near, mean, mean_adjoint
             )
         for p in range(x.shape[0]):
             at = stencil(x[p], scene, nodes, width)
             w, dw = weights(at.offset, width), weight_derivatives(at.offset, width)
-            more = scatter_ratio_adjoint(grid_adjoint, nodes, at.node, w, dw, J[p], mass, width)
+            more = scatter_ratio_adjoint(Field(grid_adjoint, RATIO, nodes, 0, width), Around(at, w, dw), J[p], mass)
             x_adjoint[p] += more[0]
             J_adjoint[p] += more[1]
 

@@ -12,6 +12,7 @@ from tests.sim.kernels.test_water import CELLS
 from zoobench.arrays import Array
 from zoobench.sim.kernels.array_types import Rows, Scalars
 from zoobench.sim.kernels.boundary import WALL_NODES
+from zoobench.sim.kernels.context import Context
 from zoobench.sim.kernels.fbar import mean_rate, mean_rate_adjoint, scatter_rate, scatter_rate_adjoint
 from zoobench.sim.kernels.layout import RATIO, C, V, X, scene_constants
 from zoobench.sim.solver import Solver
@@ -19,6 +20,7 @@ from zoobench.sim.solver import Solver
 NODES = CELLS + 2 * WALL_NODES + 1
 MASS = 0.125
 ROWS = 9
+VARIANT = lanes.variant(fbar=True)
 
 
 @ti.kernel
@@ -31,16 +33,18 @@ def rates_all(
     for _ in range(1):
         scene = scene_constants(constants)
         nodes = arena(scene)
+        c = Context(
+            VARIANT, state=state, adjoint=adjoint, body=body, grid=grid, grid_adjoint=grid_adjoint,
+            scene=scene, nodes=nodes, w=0, s=0, start=0,
+        )  # fmt: skip
         for p in range(state.shape[2]):
-            scatter_rate(state, body, grid, 0, nodes, scene, 0, 0, p)
+            scatter_rate(c, p)
         for p in range(state.shape[2]):
-            mean, own = mean_rate(state, grid, 0, nodes, scene, 0, 0, p)
+            mean, own = mean_rate(c, p)
             change[p] = mean - own
-            x_adjoint[p] = mean_rate_adjoint(
-                state, adjoint, grid, grid_adjoint, 0, nodes, scene, 0, 0, p, mean, given[p]
-            )
+            x_adjoint[p] = mean_rate_adjoint(c, p, mean, given[p])
         for p in range(state.shape[2]):
-            x, _mass = scatter_rate_adjoint(state, adjoint, grid_adjoint, nodes, scene, 0, 0, p, body[0, p, 0][0])
+            x, _mass = scatter_rate_adjoint(c, p, body[0, p, 0][0])
             x_adjoint[p] += x
 
 

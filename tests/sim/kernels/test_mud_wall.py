@@ -9,10 +9,12 @@ import taichi as ti
 import torch
 
 from tests.sim import scenes
+from tests.sim.kernels.lanes import variant
 from zoobench.arrays import Array
 from zoobench.sim import runtime
 from zoobench.sim.kernels.array_types import Rows
 from zoobench.sim.kernels.boundary import PLANE, TERRAIN, WALL_NODES, contact, contact_adjoint
+from zoobench.sim.kernels.context import Context
 from zoobench.sim.kernels.mud_wall import most_friction, most_friction_adjoint
 from zoobench.sim.model.laws.mud import MudMaterial
 from zoobench.sim.model.scene import Ground, MediumBed, Scene
@@ -66,16 +68,20 @@ def test_smooth_ground_bears_friction_times_the_weight() -> None:
 
 @ti.kernel
 def _ground(
-    v: Vectors, adjoint: Vectors, after: Vectors, back: Vectors, terrain: Rows, j: int, dt: float, ground: ti.template()
+    v: Vectors, adjoint: Vectors, after: Vectors, back: Vectors, terrain: Rows, j: int, dt: float,
+    variant: ti.template(),
 ):  # fmt: skip
     for p in range(v.shape[0]):
-        at, count = ti.Vector([10, j, WALL_NODES]), ti.Vector([NODES, NODES, NODES])
         medium = ti.Struct(yield_stress=50.0)
-        scene = ti.Struct(friction=0.5, spacing=0.03, medium=medium, medium_full=1400.0 * 0.03**3)
-        friction, limited = most_friction(v[p], at, dt, scene, terrain, ground)
-        after[p] = contact(v[p], at, count, friction, terrain, ground, False, 0)
-        back[p] = contact_adjoint(v[p], adjoint[p], at, count, friction, terrain, ground, False, 0)
-        back[p] += most_friction_adjoint(v[p], adjoint[p], friction, limited, at, count, ground)
+        scene = ti.Struct(
+            friction=0.5, spacing=0.03, medium=medium, medium_full=1400.0 * 0.03**3,
+            nodes_x=NODES, nodes_y=NODES, nodes_z=NODES,
+        )  # fmt: skip
+        c, at = Context(variant, scene=scene, terrain=terrain, dt=dt), (10, j, WALL_NODES)
+        friction, limited = most_friction(c, v[p], at)
+        after[p] = contact(c, v[p], at, friction, False, 0)
+        back[p] = contact_adjoint(c, v[p], adjoint[p], at, friction, False, 0)
+        back[p] += most_friction_adjoint(c, v[p], adjoint[p], friction, limited, at)
 
 
 def _apply(v: Array, adjoint: Array, j: int, normal: Array | None) -> tuple[Array, Array]:
@@ -85,7 +91,7 @@ def _apply(v: Array, adjoint: Array, j: int, normal: Array | None) -> tuple[Arra
     terrain = torch.zeros((0, 0, 4), dtype=torch.float64)
     if normal is not None:
         terrain = torch.tensor([WALL_NODES + 0.3, *normal], dtype=torch.float64).repeat(NODES, NODES, 1)
-    _ground(*tensors, terrain, j, 1e-2, PLANE if normal is None else TERRAIN)
+    _ground(*tensors, terrain, j, 1e-2, variant(ground=PLANE if normal is None else TERRAIN))
     return tensors[2].numpy(), tensors[3].numpy()
 
 

@@ -12,10 +12,11 @@ from tests.sim.kernels.test_water import CELLS, NODES, densities, tank_masses
 from zoobench.arrays import Array
 from zoobench.sim.kernels.array_types import Rows, Scalars
 from zoobench.sim.kernels.boundary import WALL_NODES
+from zoobench.sim.kernels.context import Around, Context
 from zoobench.sim.kernels.laws.water import LAW
 from zoobench.sim.kernels.layout import MOMENTUM, VELOCITY, scene_constants
 from zoobench.sim.kernels.shifting import SHIFT_RATE, SHIFTED_SURPLUS, particle_shift, particle_shift_adjoint
-from zoobench.sim.kernels.splines import CUBIC, QUADRATIC, stencil
+from zoobench.sim.kernels.splines import CUBIC, QUADRATIC, stencil, weights
 from zoobench.sim.model.lattice import fill_box, particle_volume
 from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.laws.water import WaterMaterial
@@ -29,18 +30,18 @@ SHARE = 0.03
 @ti.kernel
 def particle_shift_all(
     constants: Scalars, grid: Rows, grid_adjoint: Rows, x: Rows, J: Scalars, rho: Scalars, adjoint: Rows,
-    shift: Rows, x_adjoint: Rows, J_adjoint: Scalars, rho_adjoint: Scalars, share: float, width: ti.template(),
+    shift: Rows, x_adjoint: Rows, J_adjoint: Scalars, rho_adjoint: Scalars, share: float, variant: ti.template(),
 ):  # fmt: skip
     """Shifts of particles, and their adjoints."""
     ti.loop_config(serialize=True)
     for p in range(x.shape[0]):
         scene = scene_constants(constants, LAW)
         nodes = arena(scene)
-        at = stencil(x[p], scene, nodes, width)
-        shift[p] = particle_shift(grid, nodes, at, scene, J[p], rho[p], share, width)
-        by_place, by_ratio, by_density = particle_shift_adjoint(
-            grid, grid_adjoint, nodes, at, scene, J[p], rho[p], share, adjoint[p], width
-        )
+        at = stencil(x[p], scene, nodes, variant.width)
+        w = weights(at.offset, variant.width)
+        c, near = Context(variant, grid=grid, grid_adjoint=grid_adjoint, nodes=nodes, scene=scene), Around(at, w)
+        shift[p] = particle_shift(c, near, J[p], rho[p], share)
+        by_place, by_ratio, by_density = particle_shift_adjoint(c, near, J[p], rho[p], share, adjoint[p])
         x_adjoint[p], J_adjoint[p], rho_adjoint[p] = by_place, by_ratio, by_density
 
 
@@ -52,7 +53,7 @@ def _particle_shift(grid: Array, places: Array, J: Array, rho: Array, adjoint: A
         0 * J, 0 * J,
     )  # fmt: skip
     with lanes.compiled():
-        particle_shift_all(*given, SHARE, width)
+        particle_shift_all(*given, SHARE, lanes.variant(width=width))
     shift, places_adjoint, J_adjoint, rho_adjoint = (tensor.numpy() for tensor in given[7:])
     masses_adjoint = given[2][MOMENTUM].numpy().reshape(grid.shape)
     return shift[:, :3], masses_adjoint, places_adjoint[:, :3], J_adjoint, rho_adjoint

@@ -6,9 +6,11 @@ import taichi as ti
 import torch
 
 from tests.sim import scenes
+from tests.sim.kernels.lanes import variant
 from zoobench.sim import runtime
 from zoobench.sim.kernels.array_types import Rows, Scalars
 from zoobench.sim.kernels.boundary import PLANE, TERRAIN, WALL_NODES
+from zoobench.sim.kernels.context import Context
 from zoobench.sim.kernels.layout import CONSTANTS, scene_constants
 from zoobench.sim.kernels.skin_contact import ground_below, layer_force, rub, rub_adjoint
 from zoobench.sim.model.ground_skin import SKIN
@@ -22,12 +24,12 @@ GIVEN = {
 
 
 @ti.kernel
-def _push_all(constants: Scalars, terrain: Rows, places: Rows, found: Rows, ground: ti.template()):
+def _push_all(constants: Scalars, terrain: Rows, places: Rows, found: Rows, variant: ti.template()):
     """Of every place: (gap, force, its derivative, 0), the gap's gradient, the normal, its derivatives by x and z."""
     ti.loop_config(serialize=True)
     for p in range(places.shape[0]):
         scene = scene_constants(constants)
-        below = ground_below(places[p], scene, terrain, ground)
+        below = ground_below(Context(variant, scene=scene, terrain=terrain), places[p])
         force, rate = layer_force(below.gap, scene)
         found[p, 0] = ti.Vector([below.gap, force, rate, 0.0])
         found[p, 1] = below.slope
@@ -43,7 +45,7 @@ def _pushed(places: np.ndarray, columns: np.ndarray | None = None) -> np.ndarray
     found = torch.zeros((len(places), 5, 4), dtype=torch.float64)
     terrain = torch.zeros((0, 0, 4), dtype=torch.float64) if columns is None else torch.as_tensor(columns)
     constants = torch.tensor([float(GIVEN.get(name, 0.0)) for name in CONSTANTS], dtype=torch.float64)
-    _push_all(constants, terrain, rows, found, PLANE if columns is None else TERRAIN)
+    _push_all(constants, terrain, rows, found, variant(ground=PLANE if columns is None else TERRAIN))
     return found.numpy()
 
 

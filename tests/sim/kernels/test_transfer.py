@@ -16,6 +16,7 @@ from tests.sim.test_adjoint import GROUPS, Probe
 from zoobench.arrays import Array
 from zoobench.sim.kernels.array_types import Rows, Scalars
 from zoobench.sim.kernels.columns import matrix
+from zoobench.sim.kernels.context import Around, Field
 from zoobench.sim.kernels.layout import BEFORE, MOMENTUM, VELOCITY, scene_constants
 from zoobench.sim.kernels.splines import INVERSE_MOMENT, stencil, weight_derivatives, weights
 from zoobench.sim.kernels.transfer import gather, gather_adjoint, scatter, scatter_adjoint
@@ -58,16 +59,16 @@ def transfer_all(
         nodes = arena(scene)
         at = stencil(x[p], scene, nodes, width)
         w, dw = weights(at.offset, width), weight_derivatives(at.offset, width)
-        total, by_x, by_y, by_z = gather(grid, VELOCITY, nodes, at.node, w, width)
+        near = Around(at, w, dw)
+        total, by_x, by_y, by_z = gather(Field(grid, VELOCITY, nodes, 0, width), near)
         found[p, 0], found[p, 1], found[p, 2], found[p, 3] = total, by_x, by_y, by_z
         slope = matrix(given[p, 1], given[p, 2], given[p, 3])
-        scatter(moved, MOMENTUM, 0, nodes, at.node, w, given[p, 0], slope, width)
+        scatter(Field(moved, MOMENTUM, nodes, 0, width), near, given[p, 0], slope)
         up = matrix(found_adjoint[p, 1], found_adjoint[p, 2], found_adjoint[p, 3])
-        found[p, 4] = gather_adjoint(
-            grid, VELOCITY, 0, moved_adjoint, MOMENTUM, nodes, at.node, w, dw, found_adjoint[p, 0], up, width, True
-        )
+        into = Field(moved_adjoint, MOMENTUM, nodes, 0, width)
+        found[p, 4] = gather_adjoint(Field(grid, VELOCITY, nodes, 0, width), into, near, found_adjoint[p, 0], up)
         by_offset, first, one, two, three = scatter_adjoint(
-            grid, VELOCITY, nodes, at.node, w, dw, given[p, 0], slope, width
+            Field(grid, VELOCITY, nodes, 0, width), near, given[p, 0], slope
         )
         other[p, 0], other[p, 1], other[p, 2], other[p, 3], other[p, 4] = first, one, two, three, by_offset
 

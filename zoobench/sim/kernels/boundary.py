@@ -90,56 +90,54 @@ def behind_wall(index, count, d: ti.template(), ground: ti.template()):
 
 
 @ti.func
-def contact(
-    v, index, shape, friction, terrain: ti.template(), ground: ti.template(), tight: ti.template(),
-    depth: ti.template(),
-):  # fmt: skip
-    """Node velocity after ground and walls. `index` and `shape` are the node's and the grid's, `[3]`.
+def contact(c: ti.template(), v, index: ti.template(), friction, tight: ti.template(), depth: ti.template()):
+    """Velocity of the node `index` after ground and walls.
 
     The ground constrains nodes from so many nodes below it on; 0 includes those at the ground.
 
     Where walls are `tight`, `press` sets the normal velocity of the first nodes behind them.
     """
+    shape = (c.scene.nodes_x, c.scene.nodes_y, c.scene.nodes_z)
     u = v
-    if ti.static(ground != NONE):
-        below, normal = surface(terrain, index, ground, depth)
+    if ti.static(c.variant.ground != NONE):
+        below, normal = surface(c.terrain, index, c.variant.ground, depth)
         if below:
             u = coulomb(v, normal, friction)
     for d in ti.static(range(3)):
         if ti.static(tight):
-            if behind_wall(index[d], shape[d], d, ground) != 0:
+            if behind_wall(index[d], shape[d], d, c.variant.ground) != 0:
                 u[d] = v[d]
-            elif hits_wall(u[d], index[d], shape[d], d, ground, depth):
+            elif hits_wall(u[d], index[d], shape[d], d, c.variant.ground, depth):
                 u[d] = 0.0
-        elif hits_wall(u[d], index[d], shape[d], d, ground, depth):
+        elif hits_wall(u[d], index[d], shape[d], d, c.variant.ground, depth):
             u[d] = 0.0
     return u
 
 
 @ti.func
 def contact_adjoint(
-    v, u_adjoint, index, shape, friction, terrain: ti.template(), ground: ti.template(), tight: ti.template(),
-    depth: ti.template(),
+    c: ti.template(), v, u_adjoint, index: ti.template(), friction, tight: ti.template(), depth: ti.template()
 ):  # fmt: skip
     """Adjoint of `contact` at the velocity v before it."""
+    shape = (c.scene.nodes_x, c.scene.nodes_y, c.scene.nodes_z)
     below, normal = False, 0.0 * v
     u = v
-    if ti.static(ground != NONE):
-        below, normal = surface(terrain, index, ground, depth)
+    if ti.static(c.variant.ground != NONE):
+        below, normal = surface(c.terrain, index, c.variant.ground, depth)
         if below:
             u = coulomb(v, normal, friction)
     v_adjoint, free_adjoint = u_adjoint, 0.0 * u_adjoint
     for d in ti.static(range(3)):
         if ti.static(tight):
-            if behind_wall(index[d], shape[d], d, ground) != 0:
+            if behind_wall(index[d], shape[d], d, c.variant.ground) != 0:
                 # this component by-passes friction: u[d] = v[d]
                 free_adjoint[d] = u_adjoint[d]
                 v_adjoint[d] = 0.0
-            elif hits_wall(u[d], index[d], shape[d], d, ground, depth):
+            elif hits_wall(u[d], index[d], shape[d], d, c.variant.ground, depth):
                 v_adjoint[d] = 0.0
-        elif hits_wall(u[d], index[d], shape[d], d, ground, depth):
+        elif hits_wall(u[d], index[d], shape[d], d, c.variant.ground, depth):
             v_adjoint[d] = 0.0
-    if ti.static(ground != NONE):
+    if ti.static(c.variant.ground != NONE):
         if below:
             v_adjoint = coulomb_adjoint(v, v_adjoint, normal, friction)
     return v_adjoint + free_adjoint

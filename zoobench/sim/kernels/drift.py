@@ -6,12 +6,11 @@ compressed further and further while its neighbour expands. So J decays towards 
 with mass by the weights of the transfer: sum_i w_i sum_p w_ip m_p J_p / sum_i w_i sum_p w_ip m_p; and only the part of
 the difference beyond `TOLERATED_DRIFT` does. At rest J differs by at most the weight of half a cell of water,
 which is less: then the step is bit for bit that without relaxation. The nodes hold (mass times J, mass) of water in a
-field of their own, RATIO.
+field of their own, RATIO: `f` in what follows, and `into` that of its adjoint.
 """
 
 import taichi as ti
 
-from zoobench.sim.kernels.layout import RATIO
 from zoobench.sim.kernels.transfer import by_offset, gather_slopes, gather_value, scatter_value
 
 TOLERATED_DRIFT = 0.02
@@ -26,28 +25,23 @@ enough that no pressure waves are excited.
 
 
 @ti.func
-def scatter_ratio(
-    grid: ti.template(), nodes: ti.template(), node, w: ti.template(), J, mass, width: ti.template()
-):  # fmt: skip
+def scatter_ratio(f: ti.template(), at: ti.template(), J, mass):
     """Add w m J and w m of a particle of water to its stencil."""
-    scatter_value(grid, RATIO, nodes, node, w, ti.Vector([mass * J, mass, 0.0, 0.0]), width)
+    scatter_value(f, at, ti.Vector([mass * J, mass, 0.0, 0.0]))
 
 
 @ti.func
-def scatter_ratio_adjoint(
-    grid_adjoint: ti.template(), nodes: ti.template(), node, w: ti.template(), dw: ti.template(), J, mass,
-    width: ti.template(),
-):  # fmt: skip
+def scatter_ratio_adjoint(f: ti.template(), at: ti.template(), J, mass):
     """Adjoint of `scatter_ratio` by the offset, J and the mass."""
-    found = gather_slopes(grid_adjoint, RATIO, nodes, node, w, dw, width)
+    found = gather_slopes(f, at)
     offset_adjoint = by_offset(found, ti.Vector([mass * J, mass, 0.0, 0.0]))
     return offset_adjoint, mass * found.total[0], J * found.total[0] + found.total[1]
 
 
 @ti.func
-def mean_ratio(grid: ti.template(), nodes: ti.template(), node, w: ti.template(), J, width: ti.template()):
+def mean_ratio(f: ti.template(), at: ti.template(), J):
     """Local mean J of the water at a particle's place; its own `J` where no water has any mass."""
-    sums = gather_value(grid, RATIO, nodes, node, w, width)
+    sums = gather_value(f, at)
     mean = J
     if sums[1] > 0.0:
         mean = sums[0] / sums[1]
@@ -55,19 +49,13 @@ def mean_ratio(grid: ti.template(), nodes: ti.template(), node, w: ti.template()
 
 
 @ti.func
-def mean_ratio_adjoint(
-    grid: ti.template(), node, grid_adjoint: ti.template(), node_adjoint, nodes: ti.template(),
-    w: ti.template(), dw: ti.template(), mean, mean_adjoint, width: ti.template(),
-):  # fmt: skip
-    """Adjoint of `mean_ratio`, which gave `mean`: adds to that of the nodes, returns that of the offset.
-
-    The stencil begins at `node` in the grid and at `node_adjoint` in its adjoint.
-    """
+def mean_ratio_adjoint(f: ti.template(), into: ti.template(), at: ti.template(), mean, mean_adjoint):
+    """Adjoint of `mean_ratio`, which gave `mean`: adds to that of the nodes, returns that of the offset."""
     # mean = a / m with a = sum w m J and m = sum w m: d mean = (da - mean dm) / m
-    found = gather_slopes(grid, RATIO, nodes, node, w, dw, width)
+    found = gather_slopes(f, at)
     scaled = mean_adjoint / found.total[1]
     factors = ti.Vector([scaled, -scaled * mean, 0.0, 0.0])
-    scatter_value(grid_adjoint, RATIO, nodes, node_adjoint, w, factors, width)
+    scatter_value(into, at, factors)
     return by_offset(found, factors)
 
 

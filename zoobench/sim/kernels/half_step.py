@@ -3,6 +3,7 @@
 import taichi as ti
 
 from zoobench.sim.kernels.array_types import Rows, Scalars
+from zoobench.sim.kernels.context import Context
 from zoobench.sim.kernels.layout import box, scene_constants
 from zoobench.sim.kernels.serial import clear
 from zoobench.sim.kernels.substep import contribution, to_grid
@@ -19,6 +20,7 @@ def scatter_first(
         scene = scene_constants(constants, variant.law)
         nodes = box(window, 0, 0)
         clear(grid, 0, layers(variant) * nodes.size, variant)
+        c = Context(variant, state=state, body=body, grid=grid, scene=scene, dt=dt, w=0, s=0, nodes=nodes, start=0)
         for p in range(state.shape[2]):
-            given = contribution(state, body, nodes, scene, dt, 0, 0, p, variant)
-            to_grid(state, body, grid, 0, nodes, scene, 0, 0, p, given, variant)
+            given = contribution(c, p)
+            to_grid(c, p, given, None)

@@ -21,13 +21,15 @@ adds to a single lane of an array's row wrongly and silently: add to the whole r
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import taichi as ti
 from taichi.lang import impl
 
 from zoobench.sim.kernels.columns import matrix
 from zoobench.sim.kernels.laws.law import Law
+
+Given = TypeVar("Given")
 
 X, V, C, F = 0, 1, 2, 5
 """Rows of a particle's state: place [m], velocity [m/s], columns of the APIC matrix [1/s], and of the robot's F."""
@@ -118,6 +120,14 @@ class Variant:
         """Whether the ground holds the medium by no more than its shear strength."""
         return self.law is not None and self.law.slides
 
+    def has_skin(self, layer: int) -> bool:
+        """Whether the ground's skin pushes on this layer of nodes: 0 of all matter or the robot, 1 of the medium."""
+        return self.skin and layer == 0
+
+    def is_tight(self, layer: int) -> bool:
+        """Whether walls press on this layer of nodes."""
+        return self.liquid and layer == int(self.two_fields)
+
     @property
     def ratio(self) -> bool:
         """Whether the medium has the field RATIO."""
@@ -129,12 +139,19 @@ class Variant:
         return replace(self, robot=False)
 
 
+def while_compiling(given: Given) -> Given:
+    """Mark a Python function or class that kernels call while they are compiled, of which Taichi would warn."""
+    given._is_taichi_function = False  # type: ignore[attr-defined]
+    return given
+
+
 def by_name(constants: Any, names: Sequence[str]) -> dict[str, Any]:
     """The first numbers of an array under these names, while a kernel is compiled."""
     builder = impl.get_runtime().compiling_callable.ast_builder()
     return {name: impl.subscript(builder, constants, place) for place, name in enumerate(names)}
 
 
+@while_compiling
 def scene_constants(constants: Any, medium: Any = None) -> ti.Struct:
     """The constants by name while a kernel is compiled, with `inverse` of the spacing, and the medium's in `medium`.
 
@@ -146,9 +163,6 @@ def scene_constants(constants: Any, medium: Any = None) -> ti.Struct:
     named |= {name: ti.cast(named[name], ti.i32) for name in _COUNTS}
     named |= {"medium": ti.Struct(**bed)} if bed else {}
     return ti.Struct(**named, inverse=1.0 / named["spacing"])
-
-
-scene_constants._is_taichi_function = False  # type: ignore[attr-defined]  # or Taichi would warn of plain Python
 
 
 @ti.func

@@ -40,15 +40,15 @@ def traction_share(depth):
 
 
 @ti.func
-def most_friction(v, at: ti.template(), dt, scene: ti.template(), terrain: ti.template(), ground: ti.template()):
+def most_friction(c: ti.template(), v, at: ti.template()):
     """Friction coefficient between ground and mud at a node of velocity v, and the ground's normal where the mud's
     strength is what limits it, else zero."""
-    friction, limited = scene.friction, 0.0 * v
-    below, normal = surface(terrain, at, ground, 0)
+    friction, limited = c.scene.friction, 0.0 * v
+    below, normal = surface(c.terrain, at, c.variant.ground, 0)
     approach = v.dot(normal)
     if below and approach < 0.0:
-        depth = ti.max(ground_height(terrain, at, ground) - at[1], 0.0)
-        strength = dt * SHEAR * scene.medium.yield_stress * scene.spacing * scene.spacing / scene.medium_full
+        depth = ti.max(ground_height(c.terrain, at, c.variant.ground) - at[1], 0.0)
+        strength = c.dt * SHEAR * c.scene.medium.yield_stress * c.scene.spacing * c.scene.spacing / c.scene.medium_full
         most = strength * traction_share(depth)
         if most < 0.0 - friction * approach:
             friction = 0.0 - most / approach
@@ -57,20 +57,19 @@ def most_friction(v, at: ti.template(), dt, scene: ti.template(), terrain: ti.te
 
 
 @ti.func
-def most_friction_adjoint(
-    v, u_adjoint, friction, limited, at: ti.template(), count: ti.template(), ground: ti.template()
-):  # fmt: skip
+def most_friction_adjoint(c: ti.template(), v, u_adjoint, friction, limited, at: ti.template()):
     """What the velocity's adjoint gains by `most_friction`, from that of the velocity after `contact`."""
     v_adjoint = 0.0 * v
     if limited.dot(limited) > 0.0:
         approach = v.dot(limited)
         along = v - approach * limited
         speed = along.norm()
+        count = (c.scene.nodes_x, c.scene.nodes_y, c.scene.nodes_z)
         if speed > 0.0 - friction * approach:
             # u = (1 + f a / |along|) along with f = -most / a, so that df / da = -f / a
             u, by_friction = coulomb(v, limited, friction), 0.0 * speed
             for d in ti.static(range(3)):
-                if not hits_wall(u[d], at[d], count[d], d, ground, 0):
+                if not hits_wall(u[d], at[d], count[d], d, c.variant.ground, 0):
                     by_friction += approach / speed * along[d] * u_adjoint[d]
             v_adjoint = (0.0 - by_friction * friction / approach) * limited
     return v_adjoint

@@ -9,26 +9,23 @@ import taichi as ti
 
 from zoobench.sim.kernels.array_types import Rows, Scalars
 from zoobench.sim.kernels.boundary import behind_wall
+from zoobench.sim.kernels.context import Context
 from zoobench.sim.kernels.flip import divide_node, divide_node_adjoint
-from zoobench.sim.kernels.lane_scatter import scatter_contribution, to_grid_by_lanes
+from zoobench.sim.kernels.lane_scatter import LANES
 from zoobench.sim.kernels.layout import V, X, box, scene_constants
-from zoobench.sim.kernels.skin_contact import push_adjoint
+from zoobench.sim.kernels.skin_contact import push, push_adjoint
 from zoobench.sim.kernels.splines import stencil
-from zoobench.sim.kernels.substep import (
-    clear_node,
-    from_grid,
-    press_along,
-    update_node,
-)
+from zoobench.sim.kernels.substep import clear_node, contribution, from_grid, press_along, to_grid, update_at
 from zoobench.sim.kernels.substep_adjoint import (
     from_grid_adjoint,
     press_along_adjoint,
+    scatter_contribution,
     to_grid_adjoint,
     unpressed,
-    update_node_adjoint,
+    update_at_adjoint,
 )
 from zoobench.sim.kernels.transfer import AFLIP
-from zoobench.sim.kernels.two_fields import layer, layers, medium_layer, update_both, update_both_adjoint
+from zoobench.sim.kernels.two_fields import layer, layers, medium_layer
 
 NODE_THREADS = 4096
 """Threads for the nodes of a world."""
@@ -41,10 +38,10 @@ def capacity(state: ti.template(), grid: ti.template(), variant: ti.template()):
 
 
 @ti.func
-def slab(boxes: ti.template(), w, room, variant: ti.template()):
-    """The nodes in the present window of world w, at the beginning of its own part of the grid; see `layout.box`."""
-    nodes = box(boxes, 0, w)
-    origin = nodes.origin + layers(variant) * w * room
+def slab(c: ti.template(), room):
+    """The nodes in the present window of a world, at the beginning of its own part of the grid; see `layout.box`."""
+    nodes = box(c.window, 0, c.w)
+    origin = nodes.origin + layers(c.variant) * c.w * room
     return ti.Struct(sx=nodes.sx, sy=nodes.sy, origin=origin, size=nodes.size)
 
 
@@ -56,8 +53,10 @@ def takes_part(plan: ti.template(), boxes: ti.template(), w, n, room):
 
 
 @ti.func
-def node_index(boxes: ti.template(), w, n):
-    """(i, j, k) of the n-th node in the present window of world w."""
+def index_of(c: ti.template(), n):
+    """(i, j, k) of the n-th node in the present window of a world."""
+    boxes = ti.static(c.window)
+    w = c.w
     depth = boxes[0, w, 5] - boxes[0, w, 2]
     line = n // depth
     i = line // (boxes[0, w, 4] - boxes[0, w, 1])
@@ -66,77 +65,130 @@ def node_index(boxes: ti.template(), w, n):
 
 
 @ti.func
-def turns(boxes: ti.template(), w, thread):
-    """How many nodes of world w are this thread's: one in `NODE_THREADS`."""
-    return (box(boxes, 0, w).size - thread + NODE_THREADS - 1) // NODE_THREADS
+def each_node(worlds: ti.template(), visit: ti.template(), stride):
+    """Visit the nodes of every world's window, which threads share, with their number in the grid and their index in
+    the whole arena; by a loop of the kernel's own."""
+    for w, thread in ti.ndrange(worlds.state.shape[1], NODE_THREADS):
+        n, room = worlds.step[0], capacity(worlds.state, worlds.grid, worlds.variant)
+        if takes_part(worlds.plan, worlds.window, w, n, room):
+            scene = scene_constants(worlds.constants, worlds.variant.law)
+            world = worlds.but(scene=scene, dt=worlds.dts[w], w=w, s=worlds.plan[w, 0] + n * stride)
+            nodes = slab(world, room)
+            c = world.but(nodes=nodes)
+            for turn in range((nodes.size - thread + NODE_THREADS - 1) // NODE_THREADS):
+                own = thread + turn * NODE_THREADS
+                index = index_of(c, own)
+                visit(c, layers(c.variant) * w * room + own, index)
 
 
 @ti.func
-def own_node(w, room, thread, turn, variant: ti.template()):
-    """The robot's node that is this thread's in one of its turns, in the part of the grid that is world w's."""
-    return layers(variant) * w * room + thread + turn * NODE_THREADS
+def each_particle(worlds: ti.template(), visit: ti.template(), turns: ti.template(), stride):
+    """Visit every particle of every world so many times, at once; by a loop of the kernel's own."""
+    for w, number in ti.ndrange(worlds.state.shape[1], turns * worlds.state.shape[2]):
+        n, room = worlds.step[0], capacity(worlds.state, worlds.grid, worlds.variant)
+        if takes_part(worlds.plan, worlds.window, w, n, room):
+            scene, s = scene_constants(worlds.constants, worlds.variant.law), worlds.plan[w, 0] + n * stride
+            t = s + stride
+            world = worlds.but(scene=scene, dt=worlds.dts[w], w=w, s=s, t=t)
+            nodes = slab(world, room)
+            visit(world.but(nodes=nodes), number // turns, number % turns)
 
 
 @ti.func
-def clear_all(
-    cleared: ti.template(), state: ti.template(), plan: ti.template(), grid: ti.template(), boxes: ti.template(),
-    step: ti.template(), variant: ti.template(),
-):  # fmt: skip
-    """Zero the nodes of all windows, of the grid or of the adjoints, by a loop of the kernel's own."""
-    for w, thread in ti.ndrange(state.shape[1], NODE_THREADS):
-        n, room = step[0], capacity(state, grid, variant)
-        if takes_part(plan, boxes, w, n, room):
-            nodes = slab(boxes, w, room, variant)
-            for turn in range(turns(boxes, w, thread)):
-                m = own_node(w, room, thread, turn, variant)
-                for k in ti.static(range(layers(variant))):
-                    clear_node(cleared, m + k * nodes.size, variant)
+def clear_at(c: ti.template(), node, index: ti.template()):
+    """Zero a node in all layers."""
+    for k in ti.static(range(layers(c.variant))):
+        clear_node(c.grid, node + k * c.nodes.size, c.variant)
 
 
 @ti.func
-def velocities_of_all(
-    state: ti.template(), body: ti.template(), plan: ti.template(), dts: ti.template(), constants: ti.template(),
-    terrain: ti.template(), grid: ti.template(), boxes: ti.template(), step: ti.template(), stride,
-    variant: ti.template(),
-):  # fmt: skip
+def clear_adjoint_at(c: ti.template(), node, index: ti.template()):
+    """Zero the adjoints of a node in all layers."""
+    for k in ti.static(range(layers(c.variant))):
+        clear_node(c.grid_adjoint, node + k * c.nodes.size, c.variant)
+
+
+@ti.func
+def add_lane(c: ti.template(), p, lane):
+    """One lane of what a particle adds to the nodes."""
+    given = contribution(c, p)
+    to_grid(c, p, given, lane)
+    if ti.static(c.variant.skin):
+        if p < c.scene.robot and lane == 0:
+            push(c, p)
+
+
+@ti.func
+def move_node(c: ti.template(), node, index: ti.template()):
+    """Momenta of a node to velocities."""
+    update_at(c, node, index)
+    if ti.static(c.variant.uses(AFLIP)):
+        for k in ti.static(range(layers(c.variant))):
+            divide_node(c.grid, node + k * c.nodes.size)
+
+
+@ti.func
+def move_node_adjoint(c: ti.template(), node, index: ti.template()):
+    """Adjoint of `move_node`."""
+    update_at_adjoint(c, node, index)
+    if ti.static(c.variant.uses(AFLIP)):
+        for k in ti.static(range(layers(c.variant))):
+            here = node + k * c.nodes.size
+            divide_node_adjoint(c.grid, here, c.grid_adjoint, here)
+
+
+@ti.func
+def press_medium(c: ti.template(), node, index: ti.template()):
+    """`press_along` one direction, of the medium's layer."""
+    press_along(c, node + medium_layer(c), index, c.direction)
+
+
+@ti.func
+def press_medium_adjoint(c: ti.template(), node, index: ti.template()):
+    """Adjoint of `press_medium`."""
+    d = ti.static(c.direction)
+    if behind_wall(index[d], (c.scene.nodes_x, c.scene.nodes_y, c.scene.nodes_z)[d], d, c.variant.ground) != 0:
+        m = node + medium_layer(c)
+        press_along_adjoint(c, m, m, index, unpressed(c, m, index), d)
+
+
+@ti.func
+def move(c: ti.template(), p, _turn):
+    """Gather, move and deform a particle, and have it in the window of slot t."""
+    at = stencil(c.state[c.s, c.w, p, X], c.scene, layer(c, p), c.variant.width)
+    first = from_grid(c, p, at)
+    for d in ti.static(range(3)):
+        # most are inside already, and need not wait for each other
+        if first[d] < c.windows[c.t, c.w, d]:
+            ti.atomic_min(c.windows[c.t, c.w, d], first[d])
+        if first[d] + c.variant.width > c.windows[c.t, c.w, 3 + d]:
+            ti.atomic_max(c.windows[c.t, c.w, 3 + d], first[d] + c.variant.width)
+
+
+@ti.func
+def move_adjoint(c: ti.template(), p, _turn):
+    """Adjoint of `move`."""
+    from_grid_adjoint(c, p)
+
+
+@ti.func
+def add_adjoint(c: ti.template(), p, _turn):
+    """Adjoint of what a particle adds to the nodes."""
+    to_grid_adjoint(c, p)
+    if ti.static(c.variant.skin):
+        if p < c.scene.robot:
+            push_adjoint(c, p)
+
+
+@ti.func
+def velocities_of_all(worlds: ti.template(), stride):
     """The first half of a substep, up to the nodes' velocities; by loops of the kernel's own."""
-    clear_all(grid, state, plan, grid, boxes, step, variant)
-    for w, number in ti.ndrange(state.shape[1], 4 * state.shape[2]):
-        n, room = step[0], capacity(state, grid, variant)
-        if takes_part(plan, boxes, w, n, room):
-            scene, s, p, lane = (
-                scene_constants(constants, variant.law),
-                plan[w, 0] + n * stride,
-                number // 4,
-                number % 4,
-            )
-            nodes = slab(boxes, w, room, variant)
-            to_grid_by_lanes(state, body, grid, nodes, scene, terrain, dts[w], s, w, p, lane, variant)
-    for w, thread in ti.ndrange(state.shape[1], NODE_THREADS):
-        n, room = step[0], capacity(state, grid, variant)
-        if takes_part(plan, boxes, w, n, room):
-            scene, s = scene_constants(constants, variant.law), plan[w, 0] + n * stride
-            nodes = slab(boxes, w, room, variant)
-            for turn in range(turns(boxes, w, thread)):
-                i, j, k = node_index(boxes, w, thread + turn * NODE_THREADS)
-                m = own_node(w, room, thread, turn, variant)
-                if ti.static(variant.two_fields):
-                    update_both(grid, m, m, nodes, boxes, 0, w, (i, j, k), dts[w], scene, terrain, variant)
-                else:
-                    update_node(grid, m, m, i, j, k, dts[w], scene, terrain, variant)
-                if ti.static(variant.uses(AFLIP)):
-                    for field in ti.static(range(layers(variant))):
-                        divide_node(grid, m + field * nodes.size)
+    each_node(worlds, clear_at, stride)
+    each_particle(worlds, add_lane, LANES, stride)
+    each_node(worlds, move_node, stride)
     # an edge's nodes are pressed by two walls, and their threads would write each other's
-    for d in ti.static(range(3 * (variant.liquid))):
-        for w, thread in ti.ndrange(state.shape[1], NODE_THREADS):
-            n, room = step[0], capacity(state, grid, variant)
-            if takes_part(plan, boxes, w, n, room):
-                scene, nodes = scene_constants(constants, variant.law), slab(boxes, w, room, variant)
-                for turn in range(turns(boxes, w, thread)):
-                    index = node_index(boxes, w, thread + turn * NODE_THREADS)
-                    m = own_node(w, room, thread, turn, variant) + medium_layer(nodes, variant)
-                    press_along(grid, nodes, boxes, 0, w, m, index, scene, d, variant.ground)
+    for d in ti.static(range(3 * worlds.variant.liquid)):
+        each_node(worlds.but(direction=d), press_medium, stride)
 
 
 @ti.kernel
@@ -150,10 +202,14 @@ def advance_parallel(
     `boxes` keeps the windows, as the next slot's may be written over them. A world whose window has more nodes than
     there is room for ends with speeds that are no numbers.
     """
+    worlds = Context(
+        variant, state=state, window=boxes, window_slot=0, windows=window, body=body, plan=plan, dts=dts,
+        constants=constants, terrain=terrain, grid=grid, step=step, start=0,
+    )  # fmt: skip
     for w, d in ti.ndrange(state.shape[1], 6):
         if step[0] < plan[w, 1]:
             boxes[0, w, d] = window[plan[w, 0] + step[0] * stride, w, d]
-    velocities_of_all(state, body, plan, dts, constants, terrain, grid, boxes, step, stride, variant)
+    velocities_of_all(worlds, stride)
     # the next slot's window is this one without its outermost nodes, extended by the particles: none moves further
     for w, d in ti.ndrange(state.shape[1], 3):
         n, room = step[0], capacity(state, grid, variant)
@@ -161,20 +217,10 @@ def advance_parallel(
             t, margin = plan[w, 0] + (n + 1) * stride, ti.cast(takes_part(plan, boxes, w, n, room), ti.i32)
             window[t, w, d] = boxes[0, w, d] + margin
             window[t, w, 3 + d] = boxes[0, w, 3 + d] - margin
+    each_particle(worlds, move, 1, stride)
     for w, p in ti.ndrange(state.shape[1], state.shape[2]):
         n, room = step[0], capacity(state, grid, variant)
-        if takes_part(plan, boxes, w, n, room):
-            scene, s = scene_constants(constants, variant.law), plan[w, 0] + n * stride
-            t, nodes = s + stride, slab(boxes, w, room, variant)
-            at = stencil(state[s, w, p, X], scene, layer(nodes, scene, p, variant), variant.width)
-            first = from_grid(state, grid, 0, nodes, at, scene, dts[w], s, t, w, p, variant)
-            for d in ti.static(range(3)):
-                # most are inside already, and need not wait for each other
-                if first[d] < window[t, w, d]:
-                    ti.atomic_min(window[t, w, d], first[d])
-                if first[d] + variant.width > window[t, w, 3 + d]:
-                    ti.atomic_max(window[t, w, 3 + d], first[d] + variant.width)
-        elif n < plan[w, 1]:
+        if n < plan[w, 1] and not takes_part(plan, boxes, w, n, room):
             state[plan[w, 0] + (n + 1) * stride, w, p, V] = ti.Vector([ti.math.nan, ti.math.nan, ti.math.nan, 0.0])
     for _ in range(1):
         step[0] += 1
@@ -187,70 +233,21 @@ def reverse_parallel(
     body_adjoint: Rows, variant: ti.template(),
 ):  # fmt: skip
     """The adjoint of the planned substep number `step[0]` of all worlds at once, and `step` to the one before."""
+    worlds = Context(
+        variant, state=state, window=boxes, window_slot=0, windows=window, body=body, plan=plan, dts=dts,
+        constants=constants, terrain=terrain, grid=grid, step=step, start=0, contributions=contributions,
+        grid_adjoint=grid_adjoint, adjoint=adjoint, body_adjoint=body_adjoint,
+    )  # fmt: skip
     for w, d in ti.ndrange(state.shape[1], 6):
         if step[0] < plan[w, 1]:
             boxes[0, w, d] = window[plan[w, 0] + step[0], w, d]
-    velocities_of_all(state, body, plan, dts, constants, terrain, grid, boxes, step, 1, variant)
-    clear_all(grid_adjoint, state, plan, grid, boxes, step, variant)
-    for w, p in ti.ndrange(state.shape[1], state.shape[2]):
-        n, room = step[0], capacity(state, grid, variant)
-        if takes_part(plan, boxes, w, n, room):
-            scene, s = scene_constants(constants, variant.law), plan[w, 0] + n
-            nodes = slab(boxes, w, room, variant)
-            from_grid_adjoint(
-                state, adjoint, grid, grid_adjoint, contributions, 0, nodes, scene, dts[w], s, s + 1, w, p, variant
-            )  # fmt: skip
-    for w, number in ti.ndrange(state.shape[1], 4 * state.shape[2]):
-        n, room = step[0], capacity(state, grid, variant)
-        if takes_part(plan, boxes, w, n, room):
-            scene, s, nodes = scene_constants(constants, variant.law), plan[w, 0] + n, slab(boxes, w, room, variant)
-            scatter_contribution(
-                contributions, grid_adjoint, nodes, state, scene, s, w, number // 4, number % 4, variant
-            )  # fmt: skip
-    for d in ti.static(range(3 * (variant.liquid))):
-        for w, thread in ti.ndrange(state.shape[1], NODE_THREADS):
-            n, room = step[0], capacity(state, grid, variant)
-            if takes_part(plan, boxes, w, n, room):
-                scene, nodes = scene_constants(constants, variant.law), slab(boxes, w, room, variant)
-                for turn in range(turns(boxes, w, thread)):
-                    index = node_index(boxes, w, thread + turn * NODE_THREADS)
-                    if behind_wall(index[d], (scene.nodes_x, scene.nodes_y, scene.nodes_z)[d], d, variant.ground) != 0:
-                        m = own_node(w, room, thread, turn, variant) + medium_layer(nodes, variant)
-                        free = unpressed(grid, nodes, boxes, 0, w, m, index, dts[w], scene, terrain, variant)
-                        press_along_adjoint(
-                            grid, grid_adjoint, nodes, boxes, 0, w, m, m, index, free, scene, d, variant.ground
-                        )
-    for w, thread in ti.ndrange(state.shape[1], NODE_THREADS):
-        n, room = step[0], capacity(state, grid, variant)
-        if takes_part(plan, boxes, w, n, room):
-            scene, s = scene_constants(constants, variant.law), plan[w, 0] + n
-            nodes = slab(boxes, w, room, variant)
-            for turn in range(turns(boxes, w, thread)):
-                i, j, k = node_index(boxes, w, thread + turn * NODE_THREADS)
-                m = own_node(w, room, thread, turn, variant)
-                if ti.static(variant.two_fields):
-                    update_both_adjoint(
-                        grid, grid_adjoint, m, m, nodes, boxes, 0, w, (i, j, k), dts[w], scene, terrain, variant
-                    )
-                else:
-                    update_node_adjoint(grid, grid_adjoint, m, m, i, j, k, dts[w], scene, terrain, variant)
-                if ti.static(variant.uses(AFLIP)):
-                    for field in ti.static(range(layers(variant))):
-                        here = m + field * nodes.size
-                        divide_node_adjoint(grid, here, grid_adjoint, here)
-    for w, p in ti.ndrange(state.shape[1], state.shape[2]):
-        n, room = step[0], capacity(state, grid, variant)
-        if takes_part(plan, boxes, w, n, room):
-            scene, s = scene_constants(constants, variant.law), plan[w, 0] + n
-            nodes = slab(boxes, w, room, variant)
-            to_grid_adjoint(
-                state, body, adjoint, body_adjoint, grid_adjoint, nodes, scene, dts[w], s, w, p, variant
-            )  # fmt: skip
-            if ti.static(variant.skin):
-                if p < scene.robot:
-                    push_adjoint(
-                        state, body, adjoint, body_adjoint, grid_adjoint, nodes, scene, terrain, dts[w], s, w, p,
-                        variant,
-                    )  # fmt: skip
+    velocities_of_all(worlds, 1)
+    each_node(worlds, clear_adjoint_at, 1)
+    each_particle(worlds, move_adjoint, 1, 1)
+    each_particle(worlds, scatter_contribution, LANES, 1)
+    for d in ti.static(range(3 * variant.liquid)):
+        each_node(worlds.but(direction=d), press_medium_adjoint, 1)
+    each_node(worlds, move_node_adjoint, 1)
+    each_particle(worlds, add_adjoint, 1, 1)
     for _ in range(1):
         step[0] -= 1

@@ -22,6 +22,7 @@ import taichi as ti
 from zoobench.sim.kernels.array_types import Rows, Scalars, Wide
 from zoobench.sim.kernels.boundary import TERRAIN, WALL_NODES
 from zoobench.sim.kernels.columns import cofactor, determinant, dot, matrix, scale, zero_lanes
+from zoobench.sim.kernels.context import Context
 from zoobench.sim.kernels.elastic import SMALLEST_J
 from zoobench.sim.kernels.layout import (
     MASS,
@@ -35,6 +36,7 @@ from zoobench.sim.kernels.layout import (
     columns,
     put_columns,
     scene_constants,
+    while_compiling,
 )
 from zoobench.sim.kernels.skin_contact import ground_below, layer_force, rub
 from zoobench.sim.kernels.survey import largest_square
@@ -52,14 +54,13 @@ WEAK, WEAKNESS = -2, 0.01
 hold nodes with a 64th of the particle's mass, and too little for the bound on the step."""
 
 
+@while_compiling
 @ti.data_oriented
 class Cells:
     """The arrays of a body's cells as one argument: those of `model.rest_cells`, and what is gathered from particles.
 
     `turned` is `slopes` with nodes in the lanes `[shapes, 24]`, by lane and axis.
     """
-
-    _is_taichi_function = False  # or Taichi would warn of a function that it does not compile
 
     def __init__(self, node, particle, shape, slopes, turned, masses, weights, law, inverse):
         self.node, self.particle, self.shape = node, particle, shape
@@ -209,69 +210,67 @@ def place_of(nodes: ti.template(), cells: ti.template(), s, w, c, lane: ti.templ
 
 
 @ti.func
-def is_near(nodes: ti.template(), cells: ti.template(), scene: ti.template(), terrain: ti.template(), s, w, c,
-            ground: ti.template()):  # fmt: skip
+def is_near(c: ti.template(), cell):
     """Whether a cell may touch the ground's skin: its nodes are the hull of its particles at their sites, and those
     lie within half a cube of them."""
-    low = 1e30 + 0.0 * scene.spacing
+    low = 1e30 + 0.0 * c.scene.spacing
     for i in ti.static(range(8)):
-        low = ti.min(low, ground_below(nodes[s, w, cells.node[c, i], X], scene, terrain, ground).gap)
-    return low < scene.skin_thickness + 2.0 * scene.edge
+        low = ti.min(low, ground_below(c, c.own_nodes[c.s, c.w, c.cells.node[cell, i], X]).gap)
+    return low < c.scene.skin_thickness + 2.0 * c.scene.edge
 
 
 @ti.func
-def push_cell(nodes: ti.template(), cells: ti.template(), scene: ti.template(), terrain: ti.template(), s, w, c,
-              ground: ti.template()):  # fmt: skip
+def push_cell(c: ti.template(), cell):
     """Add the force of the ground's skin on the particles of a cell to its nodes."""
-    if is_near(nodes, cells, scene, terrain, s, w, c, ground):
+    if is_near(c, cell):
         for lane in ti.static(range(LANES)):
-            if cells.particle[c, lane] >= 0:
-                below = ground_below(place_of(nodes, cells, s, w, c, lane, X), scene, terrain, ground)
-                if below.gap < scene.skin_thickness + 0.5 * scene.edge:
-                    force, _rate = layer_force(below.gap, scene)
-                    given = (cells.law[c, OF_VOLUME][lane] * force) * below.normal
+            if c.cells.particle[cell, lane] >= 0:
+                below = ground_below(c, place_of(c.own_nodes, c.cells, c.s, c.w, cell, lane, X))
+                if below.gap < c.scene.skin_thickness + 0.5 * c.scene.edge:
+                    force, _rate = layer_force(below.gap, c.scene)
+                    given = (c.cells.law[cell, OF_VOLUME][lane] * force) * below.normal
                     for i in ti.static(range(8)):
-                        nodes[s, w, cells.node[c, i], PUSH] += cells.weights[c, i][lane] * given
+                        c.own_nodes[c.s, c.w, c.cells.node[cell, i], PUSH] += c.cells.weights[cell, i][lane] * given
 
 
 @ti.func
-def find_forces(nodes: ti.template(), cells: ti.template(), scene: ti.template(), terrain: ti.template(), s, w,
-                variant: ti.template()):  # fmt: skip
+def find_forces(c: ti.template()):
     """FORCE and PUSH of all nodes of a world at slot s."""
-    for n in range(cells.inverse.shape[0]):
-        nodes[s, w, n, FORCE] = zero_lanes()
-        nodes[s, w, n, PUSH] = zero_lanes()
-    for c in range(cells.node.shape[0]):
-        deformation = slope(nodes, cells, s, w, c, X)
+    for n in range(c.cells.inverse.shape[0]):
+        c.own_nodes[c.s, c.w, n, FORCE] = zero_lanes()
+        c.own_nodes[c.s, c.w, n, PUSH] = zero_lanes()
+    for cell in range(c.cells.node.shape[0]):
+        deformation = slope(c.own_nodes, c.cells, c.s, c.w, cell, X)
         h, j = inverse_transposed(deformation)
-        iso = spherical(cells.law, c, j)
-        p = [[iso * h[r][k] + cells.law[c, OF_MU] * deformation[r][k] for k in ti.static(range(3))]
+        iso = spherical(c.cells.law, cell, j)
+        p = [[iso * h[r][k] + c.cells.law[cell, OF_MU] * deformation[r][k] for k in ti.static(range(3))]
              for r in ti.static(range(3))]  # fmt: skip
-        if ti.static(variant.damping):
-            more = product(viscous(slope(nodes, cells, s, w, c, V), h, scene.eta), h)
+        if ti.static(c.variant.damping):
+            more = product(viscous(slope(c.own_nodes, c.cells, c.s, c.w, cell, V), h, c.scene.eta), h)
             for r in ti.static(range(3)):
                 for k in ti.static(range(3)):
                     p[r][k] += more[r][k]
-        if ti.static(variant.muscle):
-            stretched = along_fibre(deformation, cells.law, c)
+        if ti.static(c.variant.muscle):
+            stretched = along_fibre(deformation, c.cells.law, cell)
             for r in ti.static(range(3)):
                 for k in ti.static(range(3)):
-                    p[r][k] += cells.law[c, OF_TENSION] * stretched[r] * cells.law[c, OF_FIBRE + k]
+                    p[r][k] += c.cells.law[cell, OF_TENSION] * stretched[r] * c.cells.law[cell, OF_FIBRE + k]
         for r in ti.static(range(3)):
             for k in ti.static(range(3)):
-                p[r][k] *= -1.0 * cells.law[c, OF_VOLUME]
-        spread(nodes, s, w, FORCE, cells, c, p)
-        if ti.static(variant.skin):
-            push_cell(nodes, cells, scene, terrain, s, w, c, variant.ground)
+                p[r][k] *= -1.0 * c.cells.law[cell, OF_VOLUME]
+        spread(c.own_nodes, c.s, c.w, FORCE, c.cells, cell, p)
+        if ti.static(c.variant.skin):
+            push_cell(c, cell)
 
 
 @ti.func
-def moved(nodes: ti.template(), inverse, scene: ti.template(), dt, s, w, n):
+def moved(c: ti.template(), n):
     """A node's velocity after the forces, before and after friction, and the change by the ground's skin."""
-    a = dt * inverse * nodes[s, w, n, PUSH]
-    gravity = ti.Vector([scene.g_x, scene.g_y, scene.g_z, 0.0])
-    before = nodes[s, w, n, V] + dt * inverse * nodes[s, w, n, FORCE] + dt * gravity + a
-    return before, rub(before, a, scene.friction), a
+    inverse = c.cells.inverse[n]
+    a = c.dt * inverse * c.own_nodes[c.s, c.w, n, PUSH]
+    gravity = ti.Vector([c.scene.g_x, c.scene.g_y, c.scene.g_z, 0.0])
+    before = c.own_nodes[c.s, c.w, n, V] + c.dt * inverse * c.own_nodes[c.s, c.w, n, FORCE] + c.dt * gravity + a
+    return before, rub(before, a, c.scene.friction), a
 
 
 @ti.func
@@ -311,10 +310,13 @@ def advance(
             for m in range(plan[w, 1]):
                 s = plan[w, 0] + m * stride
                 t = s + stride
-                find_forces(nodes, cells, scene, terrain, s, w, variant)
+                c = Context(
+                    variant, own_nodes=nodes, cells=cells, scene=scene, terrain=terrain, dt=dts[w], w=w, s=s
+                )  # fmt: skip
+                find_forces(c)
                 for n in range(inverse.shape[0]):
                     if inverse[n] > 0.0:
-                        _before, v, _a = moved(nodes, inverse[n], scene, dts[w], s, w, n)
+                        _before, v, _a = moved(c, n)
                         nodes[t, w, n, X] = nodes[s, w, n, X] + dts[w] * v
                         nodes[t, w, n, V] = v
                     else:

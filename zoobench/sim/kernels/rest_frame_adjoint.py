@@ -10,6 +10,7 @@ import taichi as ti
 
 from zoobench.sim.kernels.array_types import Rows, Scalars, Wide
 from zoobench.sim.kernels.columns import dot, zero_lanes
+from zoobench.sim.kernels.context import Context
 from zoobench.sim.kernels.elastic import SMALLEST_J
 from zoobench.sim.kernels.layout import V, X, scene_constants
 from zoobench.sim.kernels.rest_frame import (
@@ -61,108 +62,102 @@ def take_particles(adjoint: ti.template(), nodes_adjoint: ti.template(), cells: 
 
 
 @ti.func
-def move_adjoint(
-    nodes: ti.template(), nodes_adjoint: ti.template(), cells: ti.template(), inverse_adjoint: ti.template(),
-    scene: ti.template(), dt, s, w,
-):  # fmt: skip
+def move_adjoint(c: ti.template()):
     """Adjoint of `rest_frame.moved` and of the step of the places, of all nodes of mass."""
-    for n in range(cells.inverse.shape[0]):
-        inverse = cells.inverse[n]
+    for n in range(c.cells.inverse.shape[0]):
+        inverse = c.cells.inverse[n]
         if inverse > 0.0:
-            before, _v, a = moved(nodes, inverse, scene, dt, s, w, n)
-            given = nodes_adjoint[0, w, n, V] + dt * nodes_adjoint[0, w, n, X]
-            by_before, by_a = rub_adjoint(before, a, given, scene.friction)
+            before, _v, a = moved(c, n)
+            given = c.nodes_adjoint[0, c.w, n, V] + c.dt * c.nodes_adjoint[0, c.w, n, X]
+            by_before, by_a = rub_adjoint(before, a, given, c.scene.friction)
             pushed = by_a + by_before
-            nodes_adjoint[0, w, n, V] = by_before
-            nodes_adjoint[0, w, n, FORCE] = dt * inverse * by_before
-            nodes_adjoint[0, w, n, PUSH] = dt * inverse * pushed
-            inverse_adjoint[n] += dt * (dot(nodes[s, w, n, FORCE], by_before) + dot(nodes[s, w, n, PUSH], pushed))
+            c.nodes_adjoint[0, c.w, n, V] = by_before
+            c.nodes_adjoint[0, c.w, n, FORCE] = c.dt * inverse * by_before
+            c.nodes_adjoint[0, c.w, n, PUSH] = c.dt * inverse * pushed
+            force, push = c.own_nodes[c.s, c.w, n, FORCE], c.own_nodes[c.s, c.w, n, PUSH]
+            c.inverse_adjoint[n] += c.dt * (dot(force, by_before) + dot(push, pushed))
         else:
-            nodes_adjoint[0, w, n, FORCE] = zero_lanes()
-            nodes_adjoint[0, w, n, PUSH] = zero_lanes()
+            c.nodes_adjoint[0, c.w, n, FORCE] = zero_lanes()
+            c.nodes_adjoint[0, c.w, n, PUSH] = zero_lanes()
 
 
 @ti.func
-def stress_adjoint(
-    nodes: ti.template(), nodes_adjoint: ti.template(), cells: ti.template(), sums: ti.template(), scene: ti.template(),
-    s, w, c, variant: ti.template(),
-):  # fmt: skip
+def stress_adjoint(c: ti.template(), cell):
     """Adjoint of the internal force of a cell: P = mu F + S H + T (F d) d^T, with S spherical and viscous, H = F^-T and
     dH = -H dF^T H."""
-    deformation = slope(nodes, cells, s, w, c, X)
+    law = ti.static(c.cells.law)
+    deformation = slope(c.own_nodes, c.cells, c.s, c.w, cell, X)
     h, j = inverse_transposed(deformation)
-    iso, log_j = spherical(cells.law, c, j), log_lanes(ti.max(j, SMALLEST_J))
+    iso, log_j = spherical(law, cell, j), log_lanes(ti.max(j, SMALLEST_J))
     # of P: the nodes take -V P g
-    by_p = slope(nodes_adjoint, cells, 0, w, c, FORCE)
-    stress = [[iso * h[r][k] + cells.law[c, OF_MU] * deformation[r][k] for k in ti.static(range(3))]
+    by_p = slope(c.nodes_adjoint, c.cells, 0, c.w, cell, FORCE)
+    stress = [[iso * h[r][k] + law[cell, OF_MU] * deformation[r][k] for k in ti.static(range(3))]
               for r in ti.static(range(3))]  # fmt: skip
     by_stiffness, by_volume, by_tension = 0.0 * iso, 0.0 * iso, 0.0 * iso
-    scaled = [[-1.0 * cells.law[c, OF_VOLUME] * by_p[r][k] for k in ti.static(range(3))] for r in ti.static(range(3))]
+    scaled = [[-1.0 * law[cell, OF_VOLUME] * by_p[r][k] for k in ti.static(range(3))] for r in ti.static(range(3))]
     for r in ti.static(range(3)):
         for k in ti.static(range(3)):
-            unit = scene.mu * deformation[r][k] + (scene.lam * log_j - scene.mu) * h[r][k]
+            unit = c.scene.mu * deformation[r][k] + (c.scene.lam * log_j - c.scene.mu) * h[r][k]
             by_stiffness += scaled[r][k] * unit
     by_inner = product_transposed(scaled, h)
     by_h = [[iso * scaled[r][k] for k in ti.static(range(3))] for r in ti.static(range(3))]
-    if ti.static(variant.damping):
-        rate = slope(nodes, cells, s, w, c, V)
-        damping = viscous(rate, h, scene.eta)
+    if ti.static(c.variant.damping):
+        rate = slope(c.own_nodes, c.cells, c.s, c.w, cell, V)
+        damping = viscous(rate, h, c.scene.eta)
         inner, turned = product(damping, h), product(damping, scaled)
-        by_flow = [[scene.eta * (by_inner[r][k] + by_inner[k][r]) for k in ti.static(range(3))]
+        by_flow = [[c.scene.eta * (by_inner[r][k] + by_inner[k][r]) for k in ti.static(range(3))]
                    for r in ti.static(range(3))]  # fmt: skip
         by_rate, more = product(by_flow, h), product(by_flow, rate)
         for r in ti.static(range(3)):
             for k in ti.static(range(3)):
                 stress[r][k] += inner[r][k]
                 by_h[r][k] += turned[r][k] + more[r][k]
-        spread(nodes_adjoint, 0, w, V, cells, c, by_rate)
-    by_log = cells.law[c, OF_LAM] * (by_inner[0][0] + by_inner[1][1] + by_inner[2][2])
+        spread(c.nodes_adjoint, 0, c.w, V, c.cells, cell, by_rate)
+    by_log = law[cell, OF_LAM] * (by_inner[0][0] + by_inner[1][1] + by_inner[2][2])
     folded = [[by_h[0][r] * h[0][k] + by_h[1][r] * h[1][k] + by_h[2][r] * h[2][k] for k in ti.static(range(3))]
               for r in ti.static(range(3))]  # fmt: skip
     back = product(h, folded)
-    by_deformation = [[cells.law[c, OF_MU] * scaled[r][k] + by_log * h[r][k] - back[r][k] for k in ti.static(range(3))]
+    by_deformation = [[law[cell, OF_MU] * scaled[r][k] + by_log * h[r][k] - back[r][k] for k in ti.static(range(3))]
                       for r in ti.static(range(3))]  # fmt: skip
-    if ti.static(variant.muscle):
-        stretched, pulled = along_fibre(deformation, cells.law, c), along_fibre(scaled, cells.law, c)
+    if ti.static(c.variant.muscle):
+        stretched, pulled = along_fibre(deformation, law, cell), along_fibre(scaled, law, cell)
         by_fibre = [0.0 * iso for _ in ti.static(range(3))]
         for r in ti.static(range(3)):
             by_tension += stretched[r] * pulled[r]
             for k in ti.static(range(3)):
-                stress[r][k] += cells.law[c, OF_TENSION] * stretched[r] * cells.law[c, OF_FIBRE + k]
-                by_deformation[r][k] += cells.law[c, OF_TENSION] * pulled[r] * cells.law[c, OF_FIBRE + k]
-                by_fibre[k] += cells.law[c, OF_TENSION] * (deformation[r][k] * pulled[r] + scaled[r][k] * stretched[r])
+                stress[r][k] += law[cell, OF_TENSION] * stretched[r] * law[cell, OF_FIBRE + k]
+                by_deformation[r][k] += law[cell, OF_TENSION] * pulled[r] * law[cell, OF_FIBRE + k]
+                by_fibre[k] += law[cell, OF_TENSION] * (deformation[r][k] * pulled[r] + scaled[r][k] * stretched[r])
         for k in ti.static(range(3)):
-            sums[c, BY_FIBRE + k] += by_fibre[k]
-        sums[c, BY_TENSION] += by_tension
+            c.sums[cell, BY_FIBRE + k] += by_fibre[k]
+        c.sums[cell, BY_TENSION] += by_tension
     for r in ti.static(range(3)):
         for k in ti.static(range(3)):
             by_volume += -1.0 * stress[r][k] * by_p[r][k]
-    sums[c, BY_VOLUME] += by_volume
-    sums[c, BY_STIFFNESS] += by_stiffness
-    spread(nodes_adjoint, 0, w, X, cells, c, by_deformation)
+    c.sums[cell, BY_VOLUME] += by_volume
+    c.sums[cell, BY_STIFFNESS] += by_stiffness
+    spread(c.nodes_adjoint, 0, c.w, X, c.cells, cell, by_deformation)
 
 
 @ti.func
-def push_cell_adjoint(
-    nodes: ti.template(), nodes_adjoint: ti.template(), cells: ti.template(), sums: ti.template(), scene: ti.template(),
-    terrain: ti.template(), s, w, c, ground: ti.template(),
-):  # fmt: skip
+def push_cell_adjoint(c: ti.template(), cell):
     """Adjoint of `rest_frame.push_cell`."""
-    if is_near(nodes, cells, scene, terrain, s, w, c, ground):
-        by_volume = lanes_of(0.0 * scene.spacing)
+    if is_near(c, cell):
+        by_volume = lanes_of(0.0 * c.scene.spacing)
         for lane in ti.static(range(LANES)):
-            if cells.particle[c, lane] >= 0:
-                below = ground_below(place_of(nodes, cells, s, w, c, lane, X), scene, terrain, ground)
-                if below.gap < scene.skin_thickness + 0.5 * scene.edge:
-                    force, rate = layer_force(below.gap, scene)
-                    held, volume = place_of(nodes_adjoint, cells, 0, w, c, lane, PUSH), cells.law[c, OF_VOLUME][lane]
+            if c.cells.particle[cell, lane] >= 0:
+                below = ground_below(c, place_of(c.own_nodes, c.cells, c.s, c.w, cell, lane, X))
+                if below.gap < c.scene.skin_thickness + 0.5 * c.scene.edge:
+                    force, rate = layer_force(below.gap, c.scene)
+                    held = place_of(c.nodes_adjoint, c.cells, 0, c.w, cell, lane, PUSH)
+                    volume = c.cells.law[cell, OF_VOLUME][lane]
                     along = dot(below.normal, held)
                     by_normal = ti.Vector([dot(below.by_x, held), 0.0, dot(below.by_z, held), 0.0])
                     by_place = (volume * rate * along) * below.slope + (volume * force) * by_normal
                     by_volume[lane] = force * along
                     for i in ti.static(range(8)):
-                        nodes_adjoint[0, w, cells.node[c, i], X] += cells.weights[c, i][lane] * by_place
-        sums[c, BY_VOLUME] += by_volume
+                        c.nodes_adjoint[0, c.w, c.cells.node[cell, i], X] += c.cells.weights[cell, i][lane] * by_place
+        c.sums[cell, BY_VOLUME] += by_volume
 
 
 @ti.func
@@ -211,14 +206,18 @@ def reverse(
             take_particles(adjoint, nodes_adjoint, cells, w)
             for n in range(inverse.shape[0]):
                 inverse_adjoint[n] = 0.0 * scene.spacing
-            for c in range(node.shape[0]):
+            for cell in range(node.shape[0]):
                 for k in ti.static(range(6)):
-                    sums[c, k] = lanes_of(0.0 * scene.spacing)
+                    sums[cell, k] = lanes_of(0.0 * scene.spacing)
             for m in range(plan[w, 1]):
                 s = plan[w, 0] + plan[w, 1] - 1 - m
-                move_adjoint(nodes, nodes_adjoint, cells, inverse_adjoint, scene, dts[w], s, w)
-                for c in range(node.shape[0]):
-                    stress_adjoint(nodes, nodes_adjoint, cells, sums, scene, s, w, c, variant)
+                c = Context(
+                    variant, own_nodes=nodes, cells=cells, scene=scene, terrain=terrain, dt=dts[w], w=w, s=s,
+                    nodes_adjoint=nodes_adjoint, inverse_adjoint=inverse_adjoint, sums=sums,
+                )  # fmt: skip
+                move_adjoint(c)
+                for cell in range(node.shape[0]):
+                    stress_adjoint(c, cell)
                     if ti.static(variant.skin):
-                        push_cell_adjoint(nodes, nodes_adjoint, cells, sums, scene, terrain, s, w, c, variant.ground)
+                        push_cell_adjoint(c, cell)
             give_particles(body_adjoint, cells, inverse_adjoint, sums, w)

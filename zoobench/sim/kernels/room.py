@@ -38,28 +38,25 @@ def room_along(place, low, count):
 
 
 @ti.func
-def room_around(scene: ti.template(), index: ti.template(), terrain: ti.template(), ground: ti.template()):
+def room_around(c: ti.template(), index: ti.template()):
     """`room_along` each direction at a node; their product is the share that lies in the arena, above the ground."""
     low = ti.cast(WALL_NODES, float)
     return ti.Vector([
-        room_along(index[0], low, scene.nodes_x),
-        room_along(index[1], ground_height(terrain, index, ground), scene.nodes_y),
-        room_along(index[2], low, scene.nodes_z),
+        room_along(index[0], low, c.scene.nodes_x),
+        room_along(index[1], ground_height(c.terrain, index, c.variant.ground), c.scene.nodes_y),
+        room_along(index[2], low, c.scene.nodes_z),
     ])  # fmt: skip
 
 
 @ti.func
-def room_beside(
-    scene: ti.template(), index: ti.template(), rooms, d: ti.template(), step: ti.template(), terrain: ti.template(),
-    ground: ti.template(),
-):  # fmt: skip
+def room_beside(c: ti.template(), index: ti.template(), rooms, d: ti.template(), step: ti.template()):
     """Room of the next node (`step` 1) or the last one (-1) along direction d, from the `rooms` at a node."""
     there = [index[e] + ti.static(step * int(d == e)) for e in ti.static(range(3))]
     x, y, z = rooms[0], rooms[1], rooms[2]
     if ti.static(d == 0):
-        x = room_along(there[0], ti.cast(WALL_NODES, float), scene.nodes_x)
-    if ti.static(d == 1 or ground == TERRAIN):
-        y = room_along(there[1], ground_height(terrain, there, ground), scene.nodes_y)
+        x = room_along(there[0], ti.cast(WALL_NODES, float), c.scene.nodes_x)
+    if ti.static(d == 1 or c.variant.ground == TERRAIN):
+        y = room_along(there[1], ground_height(c.terrain, there, c.variant.ground), c.scene.nodes_y)
     if ti.static(d == 2):
-        z = room_along(there[2], ti.cast(WALL_NODES, float), scene.nodes_z)
+        z = room_along(there[2], ti.cast(WALL_NODES, float), c.scene.nodes_z)
     return x * y * z

@@ -11,6 +11,7 @@ Arrays are those of `layout`. Where matter may sleep, see `sleepers`, only parti
 import taichi as ti
 
 from zoobench.sim.kernels.array_types import Rows, Scalars
+from zoobench.sim.kernels.context import Context
 from zoobench.sim.kernels.flip import divide_node, divide_node_adjoint
 from zoobench.sim.kernels.layout import KEPT, START, X, box, scene_constants
 from zoobench.sim.kernels.skin_contact import push, push_adjoint
@@ -32,16 +33,16 @@ from zoobench.sim.kernels.substep import (
     no_contribution,
     press_node,
     to_grid,
-    update_node,
+    update_at,
 )
 from zoobench.sim.kernels.substep_adjoint import (
     from_grid_adjoint,
     press_node_adjoint,
     to_grid_adjoint,
-    update_node_adjoint,
+    update_at_adjoint,
 )
 from zoobench.sim.kernels.transfer import AFLIP
-from zoobench.sim.kernels.two_fields import layer, layers, medium_layer, update_both, update_both_adjoint
+from zoobench.sim.kernels.two_fields import layer, layers, medium_layer
 
 
 @ti.func
@@ -52,64 +53,100 @@ def clear(grid: ti.template(), start, count, variant: ti.template()):
 
 
 @ti.func
-def scatter_all(
-    state: ti.template(), window: ti.template(), body: ti.template(), plan: ti.template(), order: ti.template(),
-    grid: ti.template(), start, nodes: ti.template(), scene: ti.template(), dt, s, w, variant: ti.template(),
-):  # fmt: skip
-    """Momenta of all particles of a world at slot s, from node `start` on."""
-    begin_nodes(grid, window, start, nodes, scene, s, w, variant)
-    last = awake(state, plan, w, variant) - 1
-    coming = no_contribution(dt)
+def each_node(c: ti.template(), visit: ti.template()):
+    """Visit the nodes of the substep's window with their number in it and their index in the whole grid."""
+    node = 0
+    for i in range(c.window[c.s, c.w, 0], c.window[c.s, c.w, 3]):
+        for j in range(c.window[c.s, c.w, 1], c.window[c.s, c.w, 4]):
+            for k in range(c.window[c.s, c.w, 2], c.window[c.s, c.w, 5]):
+                visit(c, node, (i, j, k))
+                node += 1
+
+
+@ti.func
+def scatter_all(c: ti.template()):
+    """Momenta of all particles at slot s."""
+    begin_nodes(c)
+    last = awake(c) - 1
+    coming = no_contribution(c.dt)
     for i in range(-1, last + 1):
         given = coming
-        p = listed(order, w, ti.max(i, 0), variant)
-        after = listed(order, w, ti.min(i + 1, last), variant)
-        coming = contribution(state, body, nodes, scene, dt, s, w, after, variant)
+        p = listed(c, ti.max(i, 0))
+        coming = contribution(c, listed(c, ti.min(i + 1, last)))
         if i >= 0:
-            to_grid(state, body, grid, start, nodes, scene, s, w, p, given, variant)
+            to_grid(c, p, given, None)
 
 
 @ti.func
-def push_all(
-    state: ti.template(), body: ti.template(), grid: ti.template(), start, nodes: ti.template(), scene: ti.template(),
-    terrain: ti.template(), dt, s, w, variant: ti.template(),
-):  # fmt: skip
-    """Impulses of the ground's skin on all particles of a world at slot s, from node `start` on."""
-    if ti.static(variant.skin):
-        for p in range(scene.robot):
-            push(state, body, grid, start, nodes, scene, terrain, dt, s, w, p, variant)
+def push_all(c: ti.template()):
+    """Impulses of the ground's skin on all particles at slot s."""
+    if ti.static(c.variant.skin):
+        for p in range(c.scene.robot):
+            push(c, p)
 
 
 @ti.func
-def update_nodes(
-    grid: ti.template(), window: ti.template(), start, nodes: ti.template(), scene: ti.template(), dt, s, w,
-    terrain: ti.template(), variant: ti.template(),
-):  # fmt: skip
-    """Momenta from node `start` on to velocities from the grid's beginning on."""
-    node = 0
-    for i in range(window[s, w, 0], window[s, w, 3]):
-        for j in range(window[s, w, 1], window[s, w, 4]):
-            for k in range(window[s, w, 2], window[s, w, 5]):
-                if ti.static(variant.two_fields):
-                    update_both(grid, start + node, node, nodes, window, s, w, (i, j, k), dt, scene, terrain, variant)
-                else:
-                    update_node(grid, start + node, node, i, j, k, dt, scene, terrain, variant)
-                node += 1
-    if ti.static(variant.liquid):
-        node = medium_layer(nodes, variant)
-        for i in range(window[s, w, 0], window[s, w, 3]):
-            for j in range(window[s, w, 1], window[s, w, 4]):
-                for k in range(window[s, w, 2], window[s, w, 5]):
-                    press_node(grid, nodes, window, s, w, node, (i, j, k), scene, variant.ground)
-                    node += 1
+def press_medium(c: ti.template(), node, index: ti.template()):
+    """`press_node` of the medium's layer."""
+    press_node(c, medium_layer(c) + node, index)
 
 
 @ti.func
-def divide_all(grid: ti.template(), start, count, variant: ti.template()):
+def update_nodes(c: ti.template()):
+    """Momenta to velocities."""
+    each_node(c, update_at)
+    if ti.static(c.variant.liquid):
+        each_node(c, press_medium)
+
+
+@ti.func
+def divide_all(c: ti.template()):
     """Momenta of the motion before forces to velocities (AFLIP)."""
-    if ti.static(variant.uses(AFLIP)):
-        for node in range(start, start + count):
-            divide_node(grid, node)
+    if ti.static(c.variant.uses(AFLIP)):
+        for node in range(c.start, c.start + layers(c.variant) * c.nodes.size):
+            divide_node(c.grid, node)
+
+
+@ti.func
+def press_medium_adjoint(c: ti.template(), node, index: ti.template()):
+    """Adjoint of `press_medium`."""
+    medium = medium_layer(c) + node
+    press_node_adjoint(c, c.start + medium, medium, index)
+
+
+@ti.func
+def update_nodes_adjoint(c: ti.template()):
+    """Adjoint of `update_nodes`."""
+    if ti.static(c.variant.liquid):
+        each_node(c, press_medium_adjoint)
+    each_node(c, update_at_adjoint)
+    if ti.static(c.variant.uses(AFLIP)):
+        for m in range(layers(c.variant) * c.nodes.size):
+            divide_node_adjoint(c.grid, c.start + m, c.grid_adjoint, m)
+
+
+@ti.func
+def move_all(c: ti.template()):
+    """Gather, move and deform all particles; the window of slot t is that of their new stencils."""
+    # the window of the next substep, as the grid is cleared only where particles are
+    low_x, low_y, low_z = c.scene.nodes_x, c.scene.nodes_y, c.scene.nodes_z
+    high_x, high_y, high_z = 0, 0, 0
+    width = ti.static(c.variant.width)
+    last = awake(c) - 1
+    at_first = listed(c, 0)
+    coming = stencil(c.state[c.s, c.w, at_first, X], c.scene, layer(c, at_first), width)
+    for i in range(last + 1):
+        at = coming
+        p = listed(c, i)
+        following = listed(c, ti.min(i + 1, last))
+        coming = stencil(c.state[c.s, c.w, following, X], c.scene, layer(c, following), width)
+        x, y, z = from_grid(c, p, at)
+        low_x, low_y, low_z = ti.min(low_x, x), ti.min(low_y, y), ti.min(low_z, z)
+        high_x, high_y, high_z = ti.max(high_x, x), ti.max(high_y, y), ti.max(high_z, z)
+    c.window[c.t, c.w, 0], c.window[c.t, c.w, 1], c.window[c.t, c.w, 2] = low_x, low_y, low_z
+    c.window[c.t, c.w, 3] = high_x + width
+    c.window[c.t, c.w, 4] = high_y + width
+    c.window[c.t, c.w, 5] = high_z + width
 
 
 @ti.kernel
@@ -125,8 +162,12 @@ def advance(
     for w in range(state.shape[1]):
         scene = scene_constants(constants, variant.law)
         dt = dts[w]
+        launch = Context(
+            variant, state=state, window=window, body=body, plan=plan, order=order, grid=grid, terrain=terrain,
+            scene=scene, dt=dt, w=w,
+        )  # fmt: skip
         first = layers(variant) * scene.nodes_x * scene.nodes_y * scene.nodes_z + w * keep
-        lie_down(state, window, body, plan, order, grid, scene, dt, w, variant)
+        lie_down(launch)
         for n in range(plan[w, 1]):
             s = plan[w, 0] + n * stride
             t = s + stride
@@ -136,32 +177,15 @@ def advance(
             if first <= after and after + size <= first + keep:
                 start = after
                 after = start + size
-            scatter_all(state, window, body, plan, order, grid, start, nodes, scene, dt, s, w, variant)
-            push_all(state, body, grid, start, nodes, scene, terrain, dt, s, w, variant)
-            divide_all(grid, start, size, variant)
-            update_nodes(grid, window, start, nodes, scene, dt, s, w, terrain, variant)
-            # the window of the next substep, as the grid is cleared only where particles are
-            low_x, low_y, low_z = scene.nodes_x, scene.nodes_y, scene.nodes_z
-            high_x, high_y, high_z = 0, 0, 0
-            last = awake(state, plan, w, variant) - 1
-            at_first = listed(order, w, 0, variant)
-            coming = stencil(state[s, w, at_first, X], scene, layer(nodes, scene, at_first, variant), variant.width)
-            for i in range(last + 1):
-                at = coming
-                p = listed(order, w, i, variant)
-                following = listed(order, w, ti.min(i + 1, last), variant)
-                own = layer(nodes, scene, following, variant)
-                coming = stencil(state[s, w, following, X], scene, own, variant.width)
-                x, y, z = from_grid(state, grid, start, nodes, at, scene, dt, s, t, w, p, variant)
-                low_x, low_y, low_z = ti.min(low_x, x), ti.min(low_y, y), ti.min(low_z, z)
-                high_x, high_y, high_z = ti.max(high_x, x), ti.max(high_y, y), ti.max(high_z, z)
+            c = launch.but(s=s, t=t, window_slot=s, nodes=nodes, start=start)
+            scatter_all(c)
+            push_all(c)
+            divide_all(c)
+            update_nodes(c)
+            move_all(c)
             window[s, w, KEPT] = ti.cast(start > 0, ti.i32)
             window[t, w, START] = after
-            window[t, w, 0], window[t, w, 1], window[t, w, 2] = low_x, low_y, low_z
-            window[t, w, 3] = high_x + variant.width
-            window[t, w, 4] = high_y + variant.width
-            window[t, w, 5] = high_z + variant.width
-        rise(state, window, plan, order, grid, scene, stride, w, variant)
+        rise(launch, stride)
 
 
 @ti.kernel
@@ -178,64 +202,34 @@ def reverse(
     for w in range(state.shape[1]):
         scene = scene_constants(constants, variant.law)
         dt = dts[w]
-        count = awake(state, plan, w, variant)
-        asleep = box_asleep(state, plan, order, scene, w, variant)
-        lie_down(state, window, body, plan, order, grid, scene, dt, w, variant)
+        launch = Context(
+            variant, state=state, window=window, body=body, plan=plan, order=order, grid=grid, terrain=terrain,
+            scene=scene, dt=dt, w=w, grid_adjoint=grid_adjoint, adjoint=adjoint, body_adjoint=body_adjoint,
+        )  # fmt: skip
+        count = awake(launch)
+        asleep = box_asleep(launch)
+        lie_down(launch)
         for n in range(plan[w, 1]):
             s = plan[w, 0] + plan[w, 1] - 1 - n
             t = s + 1
             nodes = box(window, s, w)
-            size = layers(variant) * nodes.size
             start = 0
             if window[s, w, KEPT] != 0:
                 start = window[s, w, START]
-            else:
-                scatter_all(state, window, body, plan, order, grid, start, nodes, scene, dt, s, w, variant)
-                push_all(state, body, grid, start, nodes, scene, terrain, dt, s, w, variant)
-                divide_all(grid, start, size, variant)
-            clear(grid_adjoint, 0, size, variant)
-            update_nodes(grid, window, start, nodes, scene, dt, s, w, terrain, variant)
+            c = launch.but(s=s, t=t, window_slot=s, nodes=nodes, start=start)
+            if window[s, w, KEPT] == 0:
+                scatter_all(c)
+                push_all(c)
+                divide_all(c)
+            clear(grid_adjoint, 0, layers(variant) * nodes.size, variant)
+            update_nodes(c)
             for i in range(count):
-                p = listed(order, w, i, variant)
-                from_grid_adjoint(
-                    state, adjoint, grid, grid_adjoint, None, start, nodes, scene, dt, s, t, w, p, variant
-                )
-            node = medium_layer(nodes, variant)
-            if ti.static(variant.liquid):
-                for i in range(window[s, w, 0], window[s, w, 3]):
-                    for j in range(window[s, w, 1], window[s, w, 4]):
-                        for k in range(window[s, w, 2], window[s, w, 5]):
-                            press_node_adjoint(
-                                grid, grid_adjoint, nodes, window, s, w, start + node, node, (i, j, k), dt, scene,
-                                terrain, variant,
-                            )  # fmt: skip
-                            node += 1
-            node = 0
-            for i in range(window[s, w, 0], window[s, w, 3]):
-                for j in range(window[s, w, 1], window[s, w, 4]):
-                    for k in range(window[s, w, 2], window[s, w, 5]):
-                        if ti.static(variant.two_fields):
-                            update_both_adjoint(
-                                grid, grid_adjoint, start + node, node, nodes, window, s, w, (i, j, k), dt, scene,
-                                terrain, variant,
-                            )  # fmt: skip
-                        else:
-                            update_node_adjoint(
-                                grid, grid_adjoint, start + node, node, i, j, k, dt, scene, terrain, variant
-                            )
-                        node += 1
-            if ti.static(variant.uses(AFLIP)):
-                for m in range(size):
-                    divide_node_adjoint(grid, start + m, grid_adjoint, m)
-            begin_nodes_adjoint(grid_adjoint, window, nodes, asleep, scene, s, w, variant)
+                from_grid_adjoint(c, listed(c, i))
+            update_nodes_adjoint(c)
+            begin_nodes_adjoint(c, asleep)
             for i in range(count):
-                p = listed(order, w, i, variant)
-                to_grid_adjoint(state, body, adjoint, body_adjoint, grid_adjoint, nodes, scene, dt, s, w, p, variant)
+                to_grid_adjoint(c, listed(c, i))
             if ti.static(variant.skin):
                 for p in range(scene.robot):
-                    push_adjoint(
-                        state, body, adjoint, body_adjoint, grid_adjoint, nodes, scene, terrain, dt, s, w, p, variant
-                    )
-        lie_down_adjoint(
-            state, body, plan, order, grid, grid_adjoint, adjoint, body_adjoint, asleep, scene, dt, w, variant
-        )
+                    push_adjoint(c, p)
+        lie_down_adjoint(launch, asleep)

@@ -44,10 +44,7 @@ def log_room_derivatives(at: ti.template(), scene: ti.template(), width: ti.temp
 
 
 @ti.func
-def particle_shift(
-    grid: ti.template(), nodes: ti.template(), at: ti.template(), scene: ti.template(), J, rho, share,
-    width: ti.template(),
-):  # fmt: skip
+def particle_shift(c: ti.template(), at: ti.template(), J, rho, share):
     """Shift of a particle [m], with its relative density `rho` and `share` of `correction_share`.
 
     -SHIFT_RATE h share surplus grad(log rho), the gradient by the place in cells: Fick's law as in Lind et al. 2012,
@@ -56,50 +53,49 @@ def particle_shift(
     surplus = surplus_density(J, rho, SHIFTED_SURPLUS)
     shift = 0.0 * at.offset
     if surplus > 0.0:
+        width = ti.static(c.variant.width)
         w, dw = weights(at.offset, width), weight_derivatives(at.offset, width)
         total, gradient = 0.0 * J, 0.0 * at.offset
         for i in range(width):
             for j in range(width):
                 for k in range(width):
-                    mass = grid[VELOCITY, at.node + i * nodes.sx + j * nodes.sy + k][3]
-                    a, b, c = at_node(w, i, j, k, width)
-                    a1, b1, c1 = at_node(dw, i, j, k, width)
-                    total += mass * a * b * c
-                    gradient += mass * ti.Vector([a1 * b * c, a * b1 * c, a * b * c1, 0.0])
-        room_first, _ = log_room_derivatives(at, scene, width)
-        shift = (-SHIFT_RATE * share * surplus * scene.spacing) * (gradient * (1.0 / total) - room_first)
+                    mass = c.grid[VELOCITY, at.node + i * c.nodes.sx + j * c.nodes.sy + k][3]
+                    a, b, e = at_node(w, i, j, k, width)
+                    a1, b1, e1 = at_node(dw, i, j, k, width)
+                    total += mass * a * b * e
+                    gradient += mass * ti.Vector([a1 * b * e, a * b1 * e, a * b * e1, 0.0])
+        room_first, _ = log_room_derivatives(at, c.scene, width)
+        shift = (-SHIFT_RATE * share * surplus * c.scene.spacing) * (gradient * (1.0 / total) - room_first)
     return shift
 
 
 @ti.func
-def particle_shift_adjoint(
-    grid: ti.template(), grid_adjoint: ti.template(), nodes: ti.template(), at: ti.template(), scene: ti.template(),
-    J, rho, share, u, width: ti.template(),
-):  # fmt: skip
+def particle_shift_adjoint(c: ti.template(), at: ti.template(), J, rho, share, u):
     """Adjoint of `particle_shift` for the adjoint `u` of the shift: adds to the nodes' mass adjoint, returns those of
     the offset, J and rho."""
     surplus = surplus_density(J, rho, SHIFTED_SURPLUS)
     offset_adjoint, J_adjoint, rho_adjoint = 0.0 * at.offset, 0.0 * J, 0.0 * rho
     if surplus > 0.0:
+        width = ti.static(c.variant.width)
         w, dw = weights(at.offset, width), weight_derivatives(at.offset, width)
         ddw = weight_second_derivatives(at.offset, width)
         total, gradient, along = 0.0 * J, 0.0 * at.offset, 0.0 * at.offset  # along: the Hessian times u
         for i in range(width):
             for j in range(width):
                 for k in range(width):
-                    mass = grid[VELOCITY, at.node + i * nodes.sx + j * nodes.sy + k][3]
-                    a, b, c = at_node(w, i, j, k, width)
-                    a1, b1, c1 = at_node(dw, i, j, k, width)
-                    a2, b2, c2 = at_node(ddw, i, j, k, width)
-                    total += mass * a * b * c
-                    gradient += mass * ti.Vector([a1 * b * c, a * b1 * c, a * b * c1, 0.0])
-                    x = a2 * b * c * u[0] + a1 * (b1 * c * u[1] + b * c1 * u[2])
-                    y = a * b2 * c * u[1] + b1 * (a1 * c * u[0] + a * c1 * u[2])
-                    z = a * b * c2 * u[2] + c1 * (a1 * b * u[0] + a * b1 * u[1])
+                    mass = c.grid[VELOCITY, at.node + i * c.nodes.sx + j * c.nodes.sy + k][3]
+                    a, b, e = at_node(w, i, j, k, width)
+                    a1, b1, e1 = at_node(dw, i, j, k, width)
+                    a2, b2, e2 = at_node(ddw, i, j, k, width)
+                    total += mass * a * b * e
+                    gradient += mass * ti.Vector([a1 * b * e, a * b1 * e, a * b * e1, 0.0])
+                    x = a2 * b * e * u[0] + a1 * (b1 * e * u[1] + b * e1 * u[2])
+                    y = a * b2 * e * u[1] + b1 * (a1 * e * u[0] + a * e1 * u[2])
+                    z = a * b * e2 * u[2] + e1 * (a1 * b * u[0] + a * b1 * u[1])
                     along += mass * ti.Vector([x, y, z, 0.0])
-        factor = -SHIFT_RATE * share * scene.spacing
+        factor = -SHIFT_RATE * share * c.scene.spacing
         log_gradient = gradient * (1.0 / total)
-        room_first, room_second = log_room_derivatives(at, scene, width)
+        room_first, room_second = log_room_derivatives(at, c.scene, width)
         turned = dot(log_gradient, u)
         work = factor * dot(u, log_gradient - room_first)
         J_adjoint, rho_adjoint = work * rho, work * J  # surplus = rho J - 1 - SHIFTED_SURPLUS
@@ -108,10 +104,10 @@ def particle_shift_adjoint(
         for i in range(width):
             for j in range(width):
                 for k in range(width):
-                    a, b, c = at_node(w, i, j, k, width)
-                    a1, b1, c1 = at_node(dw, i, j, k, width)
-                    rise = a1 * b * c * u[0] + a * b1 * c * u[1] + a * b * c1 * u[2]
-                    mass_adjoint = factor * surplus * (rise - a * b * c * turned) / total
-                    at_ijk = at.node + i * nodes.sx + j * nodes.sy + k
-                    grid_adjoint[MOMENTUM, at_ijk] += ti.Vector([0.0, 0.0, 0.0, mass_adjoint])
+                    a, b, e = at_node(w, i, j, k, width)
+                    a1, b1, e1 = at_node(dw, i, j, k, width)
+                    rise = a1 * b * e * u[0] + a * b1 * e * u[1] + a * b * e1 * u[2]
+                    mass_adjoint = factor * surplus * (rise - a * b * e * turned) / total
+                    at_ijk = at.node + i * c.nodes.sx + j * c.nodes.sy + k
+                    c.grid_adjoint[MOMENTUM, at_ijk] += ti.Vector([0.0, 0.0, 0.0, mass_adjoint])
     return offset_adjoint, J_adjoint, rho_adjoint

@@ -12,6 +12,7 @@ import taichi as ti
 
 from zoobench.sim.kernels.boundary import TERRAIN, WALL_NODES
 from zoobench.sim.kernels.columns import dot, zero_lanes
+from zoobench.sim.kernels.context import Around
 from zoobench.sim.kernels.layout import PUSH, VOLUME, X
 from zoobench.sim.kernels.splines import stencil, weight_derivatives, weights
 from zoobench.sim.kernels.transfer import by_offset, gather_slopes, scatter_value
@@ -27,7 +28,7 @@ def corner(cells, count):
 
 
 @ti.func
-def ground_below(place, scene: ti.template(), terrain: ti.template(), ground: ti.template()):
+def ground_below(c: ti.template(), place):
     """The ground under a place: distance along its normal [m] and that distance's gradient, the normal and its
     derivatives by x and z [1/m].
 
@@ -36,22 +37,23 @@ def ground_below(place, scene: ti.template(), terrain: ti.template(), ground: ti
     """
     up = ti.Vector([0.0, 1.0, 0.0, 0.0])
     found = ti.Struct(
-        gap=place[1] - WALL_NODES * scene.spacing, slope=up, normal=up, by_x=zero_lanes(), by_z=zero_lanes()
+        gap=place[1] - WALL_NODES * c.scene.spacing, slope=up, normal=up, by_x=zero_lanes(), by_z=zero_lanes()
     )
-    if ti.static(ground == TERRAIN):
-        x, y, z = place[0] * scene.inverse, place[1] * scene.inverse, place[2] * scene.inverse
-        i, k = corner(x, scene.nodes_x), corner(z, scene.nodes_z)
-        a, b, c, d = terrain[i, k], terrain[i + 1, k], terrain[i, k + 1], terrain[i + 1, k + 1]
-        column = a + (x - i) * (b - a) + (z - k) * (c - a + (x - i) * (d - c - b + a))
-        by_x, by_z = b - a + (z - k) * (d - c - b + a), c - a + (x - i) * (d - c - b + a)
+    if ti.static(c.variant.ground == TERRAIN):
+        x, y, z = place[0] * c.scene.inverse, place[1] * c.scene.inverse, place[2] * c.scene.inverse
+        i, k = corner(x, c.scene.nodes_x), corner(z, c.scene.nodes_z)
+        near, east, north, far = c.terrain[i, k], c.terrain[i + 1, k], c.terrain[i, k + 1], c.terrain[i + 1, k + 1]
+        twist = far - north - east + near
+        column = near + (x - i) * (east - near) + (z - k) * (north - near + (x - i) * twist)
+        by_x, by_z = east - near + (z - k) * twist, north - near + (x - i) * twist
         above = y - column[0]
-        found.gap = above * column[2] * scene.spacing
+        found.gap = above * column[2] * c.scene.spacing
         found.slope = ti.Vector(
             [above * by_x[2] - column[2] * by_x[0], column[2], above * by_z[2] - column[2] * by_z[0], 0.0]
         )
         found.normal = ti.Vector([column[1], column[2], column[3], 0.0])
-        found.by_x = scene.inverse * ti.Vector([by_x[1], by_x[2], by_x[3], 0.0])
-        found.by_z = scene.inverse * ti.Vector([by_z[1], by_z[2], by_z[3], 0.0])
+        found.by_x = c.scene.inverse * ti.Vector([by_x[1], by_x[2], by_x[3], 0.0])
+        found.by_z = c.scene.inverse * ti.Vector([by_z[1], by_z[2], by_z[3], 0.0])
     return found
 
 
@@ -65,43 +67,37 @@ def layer_force(gap, scene: ti.template()):
 
 
 @ti.func
-def push(
-    state: ti.template(), body: ti.template(), grid: ti.template(), start, nodes: ti.template(), scene: ti.template(),
-    terrain: ti.template(), dt, s, w, p, variant: ti.template(),
-):  # fmt: skip
+def push(c: ti.template(), p):
     """Scatter the layer's impulse on one particle."""
-    place = state[s, w, p, X]
-    below = ground_below(place, scene, terrain, variant.ground)
-    if below.gap < scene.skin_thickness + 0.5 * scene.edge:
-        force, _rate = layer_force(below.gap, scene)
-        at = stencil(place, scene, nodes, variant.width)
-        impulse = (dt * body[w, p, 0][VOLUME] * force) * below.normal
-        scatter_value(grid, PUSH, nodes, start + at.node, weights(at.offset, variant.width), impulse, variant.width)
+    place = c.state[c.s, c.w, p, X]
+    below = ground_below(c, place)
+    if below.gap < c.scene.skin_thickness + 0.5 * c.scene.edge:
+        force, _rate = layer_force(below.gap, c.scene)
+        at = stencil(place, c.scene, c.nodes, c.variant.width)
+        impulse = (c.dt * c.body[c.w, p, 0][VOLUME] * force) * below.normal
+        share = weights(at.offset, c.variant.width)
+        scatter_value(c.field(PUSH, c.start), Around(at, share), impulse)
 
 
 @ti.func
-def push_adjoint(
-    state: ti.template(), body: ti.template(), adjoint: ti.template(), body_adjoint: ti.template(),
-    grid_adjoint: ti.template(), nodes: ti.template(), scene: ti.template(), terrain: ti.template(), dt, s, w, p,
-    variant: ti.template(),
-):  # fmt: skip
+def push_adjoint(c: ti.template(), p):
     """Adjoint of `push`: adds to those of the place and the volume."""
-    place = state[s, w, p, X]
-    below = ground_below(place, scene, terrain, variant.ground)
-    if below.gap < scene.skin_thickness + 0.5 * scene.edge:
-        force, rate = layer_force(below.gap, scene)
-        at = stencil(place, scene, nodes, variant.width)
-        share, slopes = weights(at.offset, variant.width), weight_derivatives(at.offset, variant.width)
-        size = dt * body[w, p, 0][VOLUME]
+    place = c.state[c.s, c.w, p, X]
+    below = ground_below(c, place)
+    if below.gap < c.scene.skin_thickness + 0.5 * c.scene.edge:
+        force, rate = layer_force(below.gap, c.scene)
+        at = stencil(place, c.scene, c.nodes, c.variant.width)
+        share, slopes = weights(at.offset, c.variant.width), weight_derivatives(at.offset, c.variant.width)
+        size = c.dt * c.body[c.w, p, 0][VOLUME]
         impulse = (size * force) * below.normal
-        found = gather_slopes(grid_adjoint, PUSH, nodes, at.node, share, slopes, variant.width)
+        found = gather_slopes(c.adjoint_of(PUSH), Around(at, share, slopes))
         by_weights, held = by_offset(found, impulse), found.total
         along = dot(below.normal, held)
         by_normal = ti.Vector([dot(below.by_x, held), 0.0, dot(below.by_z, held), 0.0])
-        adjoint[0, w, p, X] += (
-            scene.inverse * by_weights + (size * rate * along) * below.slope + (size * force) * by_normal
+        c.adjoint[0, c.w, p, X] += (
+            c.scene.inverse * by_weights + (size * rate * along) * below.slope + (size * force) * by_normal
         )
-        body_adjoint[w, p, 0] += ti.Vector([0.0, dt * force * along, 0.0, 0.0])
+        c.body_adjoint[c.w, p, 0] += ti.Vector([0.0, c.dt * force * along, 0.0, 0.0])
 
 
 @ti.func

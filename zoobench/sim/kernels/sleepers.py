@@ -27,72 +27,70 @@ _CARRIED = (V, C, C + 1, C + 2, STRESS, STRESS + 1)
 
 
 @ti.func
-def awake(state: ti.template(), plan: ti.template(), w, variant: ti.template()):
+def awake(c: ti.template()):
     """Number of particles of a world that substeps visit."""
-    count = state.shape[2]
-    if ti.static(variant.sleep):
-        count = plan[w, 2]
+    count = c.state.shape[2]
+    if ti.static(c.variant.sleep):
+        count = c.plan[c.w, 2]
     return count
 
 
 @ti.func
-def listed(order: ti.template(), w, i, variant: ti.template()):
+def listed(c: ti.template(), i):
     """The particle at place i of the order."""
     p = i
-    if ti.static(variant.sleep):
-        p = order[w, i]
+    if ti.static(c.variant.sleep):
+        p = c.order[c.w, i]
     return p
 
 
 @ti.func
-def slab(grid: ti.template(), scene: ti.template(), variant: ti.template()):
+def slab(c: ti.template()):
     """The box of the whole arena behind all other nodes of the grid, with two fields those of the robot."""
-    sy = scene.nodes_z
-    sx = scene.nodes_y * sy
-    size = scene.nodes_x * sx
-    return ti.Struct(sx=sx, sy=sy, origin=grid.shape[1] - layers(variant) * size, size=size)
+    sy = c.scene.nodes_z
+    sx = c.scene.nodes_y * sy
+    size = c.scene.nodes_x * sx
+    return ti.Struct(sx=sx, sy=sy, origin=c.grid.shape[1] - layers(c.variant) * size, size=size)
 
 
 @ti.func
-def adjoint_slab(grid_adjoint: ti.template(), scene: ti.template(), worlds, w, variant: ti.template()):
+def adjoint_slab(c: ti.template()):
     """The same for the adjoints of a world, behind all other nodes of theirs."""
-    nodes = slab(grid_adjoint, scene, variant)
-    origin = nodes.origin - (worlds - 1 - w) * layers(variant) * nodes.size
+    nodes = slab(c)
+    origin = nodes.origin - c.grid.shape[1] + c.grid_adjoint.shape[1]
+    origin -= (c.state.shape[1] - 1 - c.w) * layers(c.variant) * nodes.size
     return ti.Struct(sx=nodes.sx, sy=nodes.sy, origin=origin, size=nodes.size)
 
 
 @ti.func
-def touched(
-    state: ti.template(), order: ti.template(), first, last, scene: ti.template(), s, w, width: ti.template()
-):  # fmt: skip
+def touched(c: ti.template(), first, last, s):
     """First and past-the-last node that the particles at places `first` to `last` of the order touch at slot s."""
-    low_x, low_y, low_z = scene.nodes_x, scene.nodes_y, scene.nodes_z
+    width = ti.static(c.variant.width)
+    low_x, low_y, low_z = c.scene.nodes_x, c.scene.nodes_y, c.scene.nodes_z
     high_x, high_y, high_z = 0, 0, 0
     for i in range(first, last):
-        cells = state[s, w, order[w, i], X] * scene.inverse
-        x = first_node(cells[0], scene.nodes_x, width)
-        y = first_node(cells[1], scene.nodes_y, width)
-        z = first_node(cells[2], scene.nodes_z, width)
+        cells = c.state[s, c.w, c.order[c.w, i], X] * c.scene.inverse
+        x = first_node(cells[0], c.scene.nodes_x, width)
+        y = first_node(cells[1], c.scene.nodes_y, width)
+        z = first_node(cells[2], c.scene.nodes_z, width)
         low_x, low_y, low_z = ti.min(low_x, x), ti.min(low_y, y), ti.min(low_z, z)
         high_x, high_y, high_z = ti.max(high_x, x + width), ti.max(high_y, y + width), ti.max(high_z, z + width)
     return ti.Struct(x0=low_x, y0=low_y, z0=low_z, x1=high_x, y1=high_y, z1=high_z)
 
 
 @ti.func
-def lie_down(
-    state: ti.template(), window: ti.template(), body: ti.template(), plan: ti.template(), order: ti.template(),
-    grid: ti.template(), scene: ti.template(), dt, w, variant: ti.template(),
-):  # fmt: skip
+def lie_down(c: ti.template()):
     """The beginning of a launch: the window of the particles awake, and the momenta of those asleep."""
-    if ti.static(variant.sleep):
-        s, count, nodes = plan[w, 0], plan[w, 2], slab(grid, scene, variant)
-        if plan[w, 1] > 0:
-            box = touched(state, order, 0, count, scene, s, w, variant.width)
-            window[s, w, 0], window[s, w, 1], window[s, w, 2] = box.x0, box.y0, box.z0
-            window[s, w, 3], window[s, w, 4], window[s, w, 5] = box.x1, box.y1, box.z1
-            for i in range(count, state.shape[2]):
-                given = contribution(state, body, nodes, scene, dt, s, w, order[w, i], variant.of_medium)
-                to_grid(state, body, grid, 0, nodes, scene, s, w, order[w, i], given, variant.of_medium)
+    if ti.static(c.variant.sleep):
+        s, count, nodes = c.plan[c.w, 0], c.plan[c.w, 2], slab(c)
+        if c.plan[c.w, 1] > 0:
+            box = touched(c, 0, count, s)
+            c.window[s, c.w, 0], c.window[s, c.w, 1], c.window[s, c.w, 2] = box.x0, box.y0, box.z0
+            c.window[s, c.w, 3], c.window[s, c.w, 4], c.window[s, c.w, 5] = box.x1, box.y1, box.z1
+            asleep = c.but(variant=c.variant.of_medium, s=s, nodes=nodes, start=0)
+            for i in range(count, c.state.shape[2]):
+                given = contribution(asleep, c.order[c.w, i])
+                to_grid(asleep, c.order[c.w, i], given, None)
 
 
 @ti.func
@@ -107,113 +105,99 @@ def clear_slab(grid: ti.template(), nodes: ti.template(), box: ti.template(), va
 
 
 @ti.func
-def rise(
-    state: ti.template(), window: ti.template(), plan: ti.template(), order: ti.template(), grid: ti.template(),
-    scene: ti.template(), stride, w, variant: ti.template(),
-):  # fmt: skip
+def rise(c: ti.template(), stride):
     """The end of a launch: the state of particles asleep at the last slot, and a window there that holds them, too."""
-    if ti.static(variant.sleep):
-        s, count = plan[w, 0], plan[w, 2]
-        t = s + plan[w, 1] * stride
-        if plan[w, 1] > 0:
-            box = touched(state, order, count, state.shape[2], scene, s, w, variant.width)
-            clear_slab(grid, slab(grid, scene, variant), box, variant)
-            window[t, w, 0] = ti.min(window[t, w, 0], box.x0)
-            window[t, w, 1] = ti.min(window[t, w, 1], box.y0)
-            window[t, w, 2] = ti.min(window[t, w, 2], box.z0)
-            window[t, w, 3] = ti.max(window[t, w, 3], box.x1)
-            window[t, w, 4] = ti.max(window[t, w, 4], box.y1)
-            window[t, w, 5] = ti.max(window[t, w, 5], box.z1)
+    if ti.static(c.variant.sleep):
+        s, count = c.plan[c.w, 0], c.plan[c.w, 2]
+        t = s + c.plan[c.w, 1] * stride
+        if c.plan[c.w, 1] > 0:
+            box = touched(c, count, c.state.shape[2], s)
+            clear_slab(c.grid, slab(c), box, c.variant)
+            c.window[t, c.w, 0] = ti.min(c.window[t, c.w, 0], box.x0)
+            c.window[t, c.w, 1] = ti.min(c.window[t, c.w, 1], box.y0)
+            c.window[t, c.w, 2] = ti.min(c.window[t, c.w, 2], box.z0)
+            c.window[t, c.w, 3] = ti.max(c.window[t, c.w, 3], box.x1)
+            c.window[t, c.w, 4] = ti.max(c.window[t, c.w, 4], box.y1)
+            c.window[t, c.w, 5] = ti.max(c.window[t, c.w, 5], box.z1)
             if t > s:
-                for i in range(count, state.shape[2]):
-                    for row in range(state.shape[3]):
-                        state[t, w, order[w, i], row] = state[s, w, order[w, i], row]
+                for i in range(count, c.state.shape[2]):
+                    for row in range(c.state.shape[3]):
+                        c.state[t, c.w, c.order[c.w, i], row] = c.state[s, c.w, c.order[c.w, i], row]
 
 
 @ti.func
-def begin_nodes(
-    grid: ti.template(), window: ti.template(), start, nodes: ti.template(), scene: ti.template(), s, w,
-    variant: ti.template(),
-):  # fmt: skip
-    """Momenta from node `start` on before particles are scattered: of those asleep, zero elsewhere."""
-    if ti.static(variant.sleep):
-        arena = slab(grid, scene, variant)
-        node = start
-        for m in ti.static(range(layers(variant))):
-            for i in range(window[s, w, 0], window[s, w, 3]):
-                for j in range(window[s, w, 1], window[s, w, 4]):
+def begin_nodes(c: ti.template()):
+    """Momenta before particles are scattered: of those asleep, zero elsewhere."""
+    if ti.static(c.variant.sleep):
+        arena = slab(c)
+        node = c.start
+        for m in ti.static(range(layers(c.variant))):
+            for i in range(c.window[c.s, c.w, 0], c.window[c.s, c.w, 3]):
+                for j in range(c.window[c.s, c.w, 1], c.window[c.s, c.w, 4]):
                     first = arena.origin + m * arena.size + i * arena.sx + j * arena.sy
-                    for k in range(window[s, w, 2], window[s, w, 5]):
-                        grid[MOMENTUM, node] = grid[MOMENTUM, first + k]
-                        if ti.static(variant.uses(AFLIP)):
-                            grid[BEFORE, node] = grid[BEFORE, first + k]
-                        if ti.static(variant.fbar and m == layers(variant) - 1):
-                            grid[RATIO, node] = grid[RATIO, first + k]
-                        if ti.static(variant.skin):
-                            grid[PUSH, node] = zero_lanes()  # the robot never sleeps
+                    for k in range(c.window[c.s, c.w, 2], c.window[c.s, c.w, 5]):
+                        c.grid[MOMENTUM, node] = c.grid[MOMENTUM, first + k]
+                        if ti.static(c.variant.uses(AFLIP)):
+                            c.grid[BEFORE, node] = c.grid[BEFORE, first + k]
+                        if ti.static(c.variant.fbar and m == layers(c.variant) - 1):
+                            c.grid[RATIO, node] = c.grid[RATIO, first + k]
+                        if ti.static(c.variant.skin):
+                            c.grid[PUSH, node] = zero_lanes()  # the robot never sleeps
                         node += 1
     else:
-        for node in range(start, start + layers(variant) * nodes.size):
-            clear_node(grid, node, variant)
+        for node in range(c.start, c.start + layers(c.variant) * c.nodes.size):
+            clear_node(c.grid, node, c.variant)
 
 
 @ti.func
-def box_asleep(
-    state: ti.template(), plan: ti.template(), order: ti.template(), scene: ti.template(), w, variant: ti.template()
-):  # fmt: skip
+def box_asleep(c: ti.template()):
     """First and past-the-last node that the particles asleep in a launch touch."""
     box = ti.Struct(x0=0, y0=0, z0=0, x1=0, y1=0, z1=0)
-    if ti.static(variant.sleep):
-        box = touched(state, order, plan[w, 2], state.shape[2], scene, plan[w, 0], w, variant.width)
+    if ti.static(c.variant.sleep):
+        box = touched(c, c.plan[c.w, 2], c.state.shape[2], c.plan[c.w, 0])
     return box
 
 
 @ti.func
-def begin_nodes_adjoint(
-    grid_adjoint: ti.template(), window: ti.template(), nodes: ti.template(), asleep: ti.template(),
-    scene: ti.template(), s, w, variant: ti.template(),
-):  # fmt: skip
+def begin_nodes_adjoint(c: ti.template(), asleep: ti.template()):
     """Adjoint of `begin_nodes`: adds to that of the momenta of particles asleep, at the nodes that those touch."""
-    if ti.static(variant.sleep):
-        arena = adjoint_slab(grid_adjoint, scene, window.shape[1], w, variant)
-        x0, x1 = ti.max(window[s, w, 0], asleep.x0), ti.min(window[s, w, 3], asleep.x1)
-        y0, y1 = ti.max(window[s, w, 1], asleep.y0), ti.min(window[s, w, 4], asleep.y1)
-        z0, z1 = ti.max(window[s, w, 2], asleep.z0), ti.min(window[s, w, 5], asleep.z1)
-        for m in ti.static(range(layers(variant))):
+    if ti.static(c.variant.sleep):
+        arena = adjoint_slab(c)
+        grid_adjoint = ti.static(c.grid_adjoint)
+        low_x, low_y, low_z = c.window[c.s, c.w, 0], c.window[c.s, c.w, 1], c.window[c.s, c.w, 2]
+        x0, x1 = ti.max(low_x, asleep.x0), ti.min(c.window[c.s, c.w, 3], asleep.x1)
+        y0, y1 = ti.max(low_y, asleep.y0), ti.min(c.window[c.s, c.w, 4], asleep.y1)
+        z0, z1 = ti.max(low_z, asleep.z0), ti.min(c.window[c.s, c.w, 5], asleep.z1)
+        for m in ti.static(range(layers(c.variant))):
             for i in range(x0, x1):
                 for j in range(y0, y1):
                     first = arena.origin + m * arena.size + i * arena.sx + j * arena.sy
-                    near = m * nodes.size + (i - window[s, w, 0]) * nodes.sx + (j - window[s, w, 1]) * nodes.sy
+                    near = m * c.nodes.size + (i - low_x) * c.nodes.sx + (j - low_y) * c.nodes.sy
                     for k in range(z0, z1):
-                        node = near + k - window[s, w, 2]
+                        node = near + k - low_z
                         grid_adjoint[MOMENTUM, first + k] += grid_adjoint[MOMENTUM, node]
-                        if ti.static(variant.uses(AFLIP)):
+                        if ti.static(c.variant.uses(AFLIP)):
                             grid_adjoint[BEFORE, first + k] += grid_adjoint[BEFORE, node]
-                        if ti.static(variant.fbar and m == layers(variant) - 1):
+                        if ti.static(c.variant.fbar and m == layers(c.variant) - 1):
                             grid_adjoint[RATIO, first + k] += grid_adjoint[RATIO, node]
 
 
 @ti.func
-def lie_down_adjoint(
-    state: ti.template(), body: ti.template(), plan: ti.template(), order: ti.template(), grid: ti.template(),
-    grid_adjoint: ti.template(), adjoint: ti.template(), body_adjoint: ti.template(), asleep: ti.template(),
-    scene: ti.template(), dt, w, variant: ti.template(),
-):  # fmt: skip
+def lie_down_adjoint(c: ti.template(), asleep: ti.template()):
     """Adjoint of `lie_down`, after those of all substeps of the frame: adds to the adjoints of particles asleep."""
-    if ti.static(variant.sleep):
-        s, count = plan[w, 0], plan[w, 2]
-        nodes = adjoint_slab(grid_adjoint, scene, state.shape[1], w, variant)
-        if plan[w, 1] > 0:
-            clear_slab(grid, slab(grid, scene, variant), asleep, variant)
-        if plan[w, 1] > 0 and plan[w, 3] != 0:
-            for i in range(count, state.shape[2]):
-                p = order[w, i]
-                held = [adjoint[0, w, p, row] for row in ti.static(_CARRIED)]
+    if ti.static(c.variant.sleep):
+        s, count = c.plan[c.w, 0], c.plan[c.w, 2]
+        nodes = adjoint_slab(c)
+        if c.plan[c.w, 1] > 0:
+            clear_slab(c.grid, slab(c), asleep, c.variant)
+        if c.plan[c.w, 1] > 0 and c.plan[c.w, 3] != 0:
+            own = c.but(variant=c.variant.of_medium, s=s, nodes=nodes)
+            for i in range(count, c.state.shape[2]):
+                p = c.order[c.w, i]
+                held = [c.adjoint[0, c.w, p, row] for row in ti.static(_CARRIED)]
                 for row in ti.static(_CARRIED):
-                    adjoint[0, w, p, row] = zero_lanes()
-                to_grid_adjoint(
-                    state, body, adjoint, body_adjoint, grid_adjoint, nodes, scene, dt, s, w, p, variant.of_medium
-                )  # fmt: skip
+                    c.adjoint[0, c.w, p, row] = zero_lanes()
+                to_grid_adjoint(own, p)
                 for n in ti.static(range(len(_CARRIED))):
-                    adjoint[0, w, p, ti.static(_CARRIED[n])] += held[n]
-            clear_slab(grid_adjoint, nodes, asleep, variant)
+                    c.adjoint[0, c.w, p, ti.static(_CARRIED[n])] += held[n]
+            clear_slab(c.grid_adjoint, nodes, asleep, c.variant)

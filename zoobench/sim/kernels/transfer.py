@@ -5,13 +5,13 @@ velocity (Jiang et al. 2015) and the stress (Hu et al. 2018, eq. 17-18). What va
 its value at the first node and its `slope`, the change from node to node in x, y and z. All four lanes of a node are
 treated alike: the fourth is its mass. The loops are factored: terms of one index are computed in that index's loop.
 
-`at` is the particle's `splines.stencil`, `w` its weights, `dw` their derivatives; `nodes` is the box of nodes. `field`
-selects a field of the grid, `start` its first node there.
+`f` is a `context.Field` of the nodes, `at` the nodes `context.Around` a particle.
 """
 
 import taichi as ti
 
 from zoobench.sim.kernels.columns import matrix, scale, spatial, transposed_matvec, zero_lanes
+from zoobench.sim.kernels.context import is_none
 from zoobench.sim.kernels.splines import INVERSE_MOMENT, pick
 
 APIC, PIC, AFLIP = 0, 1, 2
@@ -19,11 +19,9 @@ APIC, PIC, AFLIP = 0, 1, 2
 
 
 @ti.func
-def scatter(
-    grid: ti.template(), field: ti.template(), start, nodes: ti.template(), node, w: ti.template(),
-    origin, slope: ti.template(), width: ti.template(),
-):  # fmt: skip
+def scatter(f: ti.template(), at: ti.template(), origin, slope: ti.template()):
     """Add w (origin + i slope_x + j slope_y + k slope_z) to the stencil's nodes (i, j, k)."""
+    w, width = ti.static(at.w, f.width)
     # for every k: the value in the present column of nodes, and its changes with i and j, times the weight in z
     value = [w[k][2] * (origin + k * slope.z) for k in ti.static(range(width))]
     by_i = [w[k][2] * slope.x for k in ti.static(range(width))]
@@ -32,28 +30,27 @@ def scatter(
         line = [value[k] for k in ti.static(range(width))]
         for j in ti.static(range(width)):
             share = w[i][0] * w[j][1]
-            first = start + node + i * nodes.sx + j * nodes.sy
+            first = f.start + at.node + i * f.nodes.sx + j * f.nodes.sy
             for k in ti.static(range(width)):
-                grid[field, first + k] += share * line[k]
+                f.grid[f.number, first + k] += share * line[k]
                 line[k] += by_j[k]
         for k in ti.static(range(width)):
             value[k] += by_i[k]
 
 
 @ti.func
-def gather(
-    grid: ti.template(), field: ti.template(), nodes: ti.template(), node, w: ti.template(), width: ti.template()
-):
+def gather(f: ti.template(), at: ti.template()):
     """Sums of w q, w i q, w j q and w k q of the nodes' values q: the value and its first moments about node 0."""
+    w, width = ti.static(at.w, f.width)
     total, by_x, by_y, by_z = zero_lanes(), zero_lanes(), zero_lanes(), zero_lanes()
     for i in ti.static(range(width)):
         plane, plane_y, plane_z = zero_lanes(), zero_lanes(), zero_lanes()
         for j in ti.static(range(width)):
-            first = node + i * nodes.sx + j * nodes.sy
-            near = w[1][2] * grid[field, first + 1]
-            line, line_z = w[0][2] * grid[field, first] + near, near
+            first = f.start + at.node + i * f.nodes.sx + j * f.nodes.sy
+            near = w[1][2] * f.grid[f.number, first + 1]
+            line, line_z = w[0][2] * f.grid[f.number, first] + near, near
             for k in ti.static(range(2, width)):
-                far = w[k][2] * grid[field, first + k]
+                far = w[k][2] * f.grid[f.number, first + k]
                 line += far
                 line_z += k * far
             line *= w[j][1]
@@ -79,42 +76,33 @@ def central_moments(offset, total, by_x, by_y, by_z):
 
 
 @ti.func
-def gather_affine(
-    grid: ti.template(), field: ti.template(), start, nodes: ti.template(), at: ti.template(), w: ti.template(),
-    inverse, width: ti.template(),
-):  # fmt: skip
+def gather_affine(f: ti.template(), at: ti.template(), inverse):
     """A field at a particle: its value, and the affine matrix sum w v_i (x_i - x_p)^T / M of its first three lanes."""
-    total, by_x, by_y, by_z = gather(grid, field, nodes, start + at.node, w, width)
-    factor = ti.static(INVERSE_MOMENT[width]) * inverse
+    total, by_x, by_y, by_z = gather(f, at)
+    factor = ti.static(INVERSE_MOMENT[f.width]) * inverse
     return total, scale(factor, central_moments(at.offset, total, by_x, by_y, by_z))
 
 
 @ti.func
 def gather_affine_adjoint(
-    grid: ti.template(), field: ti.template(), start, grid_adjoint: ti.template(), into: ti.template(),
-    nodes: ti.template(), at: ti.template(), w: ti.template(), dw: ti.template(), inverse, value, value_adjoint,
-    affine_adjoint: ti.template(), width: ti.template(), adds: ti.template(),
+    f: ti.template(), into: ti.template(), at: ti.template(), inverse, value, value_adjoint,
+    affine_adjoint: ti.template(),
 ):  # fmt: skip
     """Adjoint of `gather_affine`, whose value was `value`: that of the offset, and as origin and slope what there is to
-    add to the nodes' in `into`, which is done if it `adds`."""
-    slope = scale(ti.static(INVERSE_MOMENT[width]) * inverse, affine_adjoint)
+    add to the nodes' in the field `into`, which is done unless that is None."""
+    slope = scale(ti.static(INVERSE_MOMENT[f.width]) * inverse, affine_adjoint)
     origin = value_adjoint - (at.offset[0] * slope.x + at.offset[1] * slope.y + at.offset[2] * slope.z)
-    by_weights = gather_adjoint(
-        grid, field, start, grid_adjoint, into, nodes, at.node, w, dw, origin, slope, width, adds
-    )  # fmt: skip
+    by_weights = gather_adjoint(f, into, at, origin, slope)
     # the offset also stands in the affine matrix, moments - value offset^T
     offset_adjoint = by_weights - transposed_matvec(slope, spatial(value))
     return ti.Struct(offset=offset_adjoint, origin=origin, slope=slope)
 
 
 @ti.func
-def gather_adjoint(
-    grid: ti.template(), field: ti.template(), start, grid_adjoint: ti.template(), into: ti.template(),
-    nodes: ti.template(), node, w: ti.template(), dw: ti.template(), origin, slope: ti.template(),
-    width: ti.template(), adds: ti.template(),
-):  # fmt: skip
+def gather_adjoint(f: ti.template(), into: ti.template(), at: ti.template(), origin, slope: ti.template()):
     """Adjoint of `gather`, with origin + i slope_x + j slope_y + k slope_z for that of the weighted value at (i, j, k):
-    if it `adds`, to the nodes' adjoint in the field `into`, and returns that of the offset."""
+    adds to the nodes' adjoint in the field `into`, unless that is None, and returns that of the offset."""
+    w, dw, width = ti.static(at.w, at.dw, f.width)
     by_x, by_y, by_z = zero_lanes(), zero_lanes(), zero_lanes()
     plane = origin
     for i in range(width):
@@ -122,15 +110,15 @@ def gather_adjoint(
         line = plane
         sum_0, sum_y, sum_z = zero_lanes(), zero_lanes(), zero_lanes()
         for j in ti.static(range(width)):
-            first = node + i * nodes.sx + j * nodes.sy
+            first = at.node + i * f.nodes.sx + j * f.nodes.sy
             share = w_i * w[j][1]
             value = line
             line_0, line_z = zero_lanes(), zero_lanes()
             for k in ti.static(range(width)):
                 # derivative by the node's weight; those by the offset follow from dw, direction by direction
-                work = grid[field, start + first + k] * value
-                if ti.static(adds):
-                    grid_adjoint[into, first + k] += (share * w[k][2]) * value
+                work = f.grid[f.number, f.start + first + k] * value
+                if ti.static(not is_none(into)):
+                    into.grid[into.number, first + k] += (share * w[k][2]) * value
                 line_0 += w[k][2] * work
                 line_z += dw[k][2] * work
                 value += slope.z
@@ -146,11 +134,9 @@ def gather_adjoint(
 
 
 @ti.func
-def scatter_adjoint(
-    grid_adjoint: ti.template(), field: ti.template(), nodes: ti.template(), node,
-    w: ti.template(), dw: ti.template(), origin, slope: ti.template(), width: ti.template(),
-):  # fmt: skip
+def scatter_adjoint(f: ti.template(), at: ti.template(), origin, slope: ti.template()):
     """Adjoint of `scatter`: that of the offset by the weights, and of `origin` and the three slopes."""
+    w, dw, width = ti.static(at.w, at.dw, f.width)
     by_x, by_y, by_z = zero_lanes(), zero_lanes(), zero_lanes()
     total, first_x, first_y, first_z = zero_lanes(), zero_lanes(), zero_lanes(), zero_lanes()
     plane = origin
@@ -160,11 +146,11 @@ def scatter_adjoint(
         sum_0, sum_y, sum_z = zero_lanes(), zero_lanes(), zero_lanes()
         plane_0, plane_y, plane_z = zero_lanes(), zero_lanes(), zero_lanes()
         for j in ti.static(range(width)):
-            first = node + i * nodes.sx + j * nodes.sy
+            first = at.node + i * f.nodes.sx + j * f.nodes.sy
             value = line
             line_0, line_z, row_0, row_z = zero_lanes(), zero_lanes(), zero_lanes(), zero_lanes()
             for k in ti.static(range(width)):
-                held = grid_adjoint[field, first + k]
+                held = f.grid[f.number, first + k]
                 work = held * value
                 line_0 += w[k][2] * work
                 line_z += dw[k][2] * work
@@ -195,50 +181,46 @@ def scatter_adjoint(
 
 
 @ti.func
-def scatter_value(
-    grid: ti.template(), field: ti.template(), nodes: ti.template(), node, w: ti.template(), value,
-    width: ti.template(),
-):  # fmt: skip
+def scatter_value(f: ti.template(), at: ti.template(), value):
     """Add w value to the stencil's nodes."""
+    w, width = ti.static(at.w, f.width)
     for i in ti.static(range(width)):
         for j in ti.static(range(width)):
             for k in ti.static(range(width)):
-                grid[field, node + i * nodes.sx + j * nodes.sy + k] += (w[i][0] * w[j][1] * w[k][2]) * value
+                node = f.start + at.node + i * f.nodes.sx + j * f.nodes.sy + k
+                f.grid[f.number, node] += (w[i][0] * w[j][1] * w[k][2]) * value
 
 
 @ti.func
-def gather_value(
-    grid: ti.template(), field: ti.template(), nodes: ti.template(), node, w: ti.template(), width: ti.template()
-):
+def gather_value(f: ti.template(), at: ti.template()):
     """Sum of w q over the stencil's nodes."""
+    w, width = ti.static(at.w, f.width)
     total = zero_lanes()
     for i in ti.static(range(width)):
         plane = zero_lanes()
         for j in ti.static(range(width)):
-            first = node + i * nodes.sx + j * nodes.sy
-            line = w[0][2] * grid[field, first]
+            first = f.start + at.node + i * f.nodes.sx + j * f.nodes.sy
+            line = w[0][2] * f.grid[f.number, first]
             for k in ti.static(range(1, width)):
-                line += w[k][2] * grid[field, first + k]
+                line += w[k][2] * f.grid[f.number, first + k]
             plane += w[j][1] * line
         total += w[i][0] * plane
     return total
 
 
 @ti.func
-def gather_slopes(
-    grid: ti.template(), field: ti.template(), nodes: ti.template(), node, w: ti.template(), dw: ti.template(),
-    width: ti.template(),
-):  # fmt: skip
+def gather_slopes(f: ti.template(), at: ti.template()):
     """`gather_value`, and its derivatives by the offset in x, y and z."""
+    w, dw, width = ti.static(at.w, at.dw, f.width)
     total, by_x, by_y, by_z = zero_lanes(), zero_lanes(), zero_lanes(), zero_lanes()
     for i in range(width):
         w_i, dw_i = pick(w, i, 0, width), pick(dw, i, 0, width)
         sum_0, sum_y, sum_z = zero_lanes(), zero_lanes(), zero_lanes()
         for j in ti.static(range(width)):
-            first = node + i * nodes.sx + j * nodes.sy
+            first = f.start + at.node + i * f.nodes.sx + j * f.nodes.sy
             line_0, line_z = zero_lanes(), zero_lanes()
             for k in ti.static(range(width)):
-                held = grid[field, first + k]
+                held = f.grid[f.number, first + k]
                 line_0 += w[k][2] * held
                 line_z += dw[k][2] * held
             sum_0 += w[j][1] * line_0

@@ -47,64 +47,61 @@ def layers(variant: ti.template()):
 
 
 @ti.func
-def layer(nodes: ti.template(), scene: ti.template(), p, variant: ti.template()):
+def layer(c: ti.template(), p):
     """The nodes of a particle's own matter in a box of nodes."""
-    origin = nodes.origin
-    if ti.static(variant.two_fields and variant.robot):
-        if p >= scene.robot:
-            origin += nodes.size
-    elif ti.static(variant.two_fields):
-        origin += nodes.size
-    return ti.Struct(sx=nodes.sx, sy=nodes.sy, origin=origin, size=nodes.size)
+    origin = c.nodes.origin
+    if ti.static(c.variant.two_fields and c.variant.robot):
+        if p >= c.scene.robot:
+            origin += c.nodes.size
+    elif ti.static(c.variant.two_fields):
+        origin += c.nodes.size
+    return ti.Struct(sx=c.nodes.sx, sy=c.nodes.sy, origin=origin, size=c.nodes.size)
 
 
 @ti.func
-def medium_layer(nodes: ti.template(), variant: ti.template()):
+def medium_layer(c: ti.template()):
     """How many nodes further the medium's are."""
-    return nodes.size * (layers(variant) - 1)
+    return c.nodes.size * (layers(c.variant) - 1)
 
 
 @ti.func
-def beside(
-    scene: ti.template(), window: ti.template(), s, w, index: ti.template(), rooms, terrain: ti.template(),
-    ground: ti.template(),
-):  # fmt: skip
+def beside(c: ti.template(), index: ti.template(), rooms):
     """Factors of the shares' masses at the next and at the last node along each direction in central differences: zero
     beside the window, and both along a wall's normal on its plane and beyond."""
-    count = (scene.nodes_x, scene.nodes_y, scene.nodes_z)
-    low = (1.0 * WALL_NODES, ground_height(terrain, index, ground), 1.0 * WALL_NODES)
+    count = (c.scene.nodes_x, c.scene.nodes_y, c.scene.nodes_z)
+    low = (1.0 * WALL_NODES, ground_height(c.terrain, index, c.variant.ground), 1.0 * WALL_NODES)
     up, down = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
     for d in ti.static(range(3)):
         if index[d] > low[d] and index[d] < count[d] - 1 - WALL_NODES:
-            if index[d] + 1 < window[s, w, 3 + d]:
-                up[d] = 0.5 / room_beside(scene, index, rooms, d, 1, terrain, ground)
-            if index[d] > window[s, w, d]:
-                down[d] = 0.5 / room_beside(scene, index, rooms, d, -1, terrain, ground)
+            if index[d] + 1 < c.window[c.window_slot, c.w, 3 + d]:
+                up[d] = 0.5 / room_beside(c, index, rooms, d, 1)
+            if index[d] > c.window[c.window_slot, c.w, d]:
+                down[d] = 0.5 / room_beside(c, index, rooms, d, -1)
     return up, down
 
 
 @ti.func
-def mass_gradient(grid: ti.template(), m, nodes: ti.template(), up, down):
+def mass_gradient(c: ti.template(), m, up, down):
     """Gradient of the mass at node m [kg/cell], as if it filled what walls cut off."""
     slope = ti.Vector([0.0, 0.0, 0.0])
     for d in ti.static(range(3)):
-        stride = (nodes.sx, nodes.sy, 1)[d]
+        stride = (c.nodes.sx, c.nodes.sy, 1)[d]
         if up[d] > 0.0:
-            slope[d] += up[d] * grid[MOMENTUM, m + stride][3]
+            slope[d] += up[d] * c.grid[MOMENTUM, m + stride][3]
         if down[d] > 0.0:
-            slope[d] += -down[d] * grid[MOMENTUM, m - stride][3]
+            slope[d] += -down[d] * c.grid[MOMENTUM, m - stride][3]
     return slope
 
 
 @ti.func
-def mass_gradient_adjoint(grid_adjoint: ti.template(), m, nodes: ti.template(), up, down, adjoint):
+def mass_gradient_adjoint(c: ti.template(), m, up, down, adjoint):
     """Adjoint of `mass_gradient`: adds to those of the neighbours' mass."""
     for d in ti.static(range(3)):
-        stride = (nodes.sx, nodes.sy, 1)[d]
+        stride = (c.nodes.sx, c.nodes.sy, 1)[d]
         if up[d] > 0.0:
-            grid_adjoint[MOMENTUM, m + stride] += ti.Vector([0.0, 0.0, 0.0, up[d] * adjoint[d]])
+            c.grid_adjoint[MOMENTUM, m + stride] += ti.Vector([0.0, 0.0, 0.0, up[d] * adjoint[d]])
         if down[d] > 0.0:
-            grid_adjoint[MOMENTUM, m - stride] += ti.Vector([0.0, 0.0, 0.0, -down[d] * adjoint[d]])
+            c.grid_adjoint[MOMENTUM, m - stride] += ti.Vector([0.0, 0.0, 0.0, -down[d] * adjoint[d]])
 
 
 @ti.func
@@ -181,38 +178,35 @@ def touched_adjoint(relative, slope, share, carried, friction, adjoint):
 
 
 @ti.func
-def free_velocity(q, dt, scene: ti.template()):
+def free_velocity(c: ti.template(), q):
     """Velocity of a node's momentum and mass after gravity; of an empty node that of gravity alone."""
-    v = ti.Vector([dt * scene.g_x, dt * scene.g_y, dt * scene.g_z])
+    v = ti.Vector([c.dt * c.scene.g_x, c.dt * c.scene.g_y, c.dt * c.scene.g_z])
     if q[3] > 0.0:
         v += ti.Vector([q[0], q[1], q[2]]) / q[3]
     return v
 
 
 @ti.func
-def meeting(
-    grid: ti.template(), m, nodes: ti.template(), window: ti.template(), s, w, index: ti.template(), dt,
-    scene: ti.template(), terrain: ti.template(), variant: ti.template(),
-):  # fmt: skip
+def meeting(c: ti.template(), m, index: ti.template()):
     """Velocities of robot and medium at a node after gravity and their contact, the impulse from medium to robot, and
     what the impulse is made of."""
-    q, o = grid[MOMENTUM, m], grid[MOMENTUM, m + nodes.size]
-    v, u = free_velocity(q, dt, scene), free_velocity(o, dt, scene)
-    share, rise, reduced, carried, strength = 0.0 * dt, 0.0 * dt, 0.0 * dt, 0.0 * dt, 0.0 * dt
+    q, o = c.grid[MOMENTUM, m], c.grid[MOMENTUM, m + c.nodes.size]
+    v, u = free_velocity(c, q), free_velocity(c, o)
+    share, rise, reduced, carried, strength = 0.0 * c.dt, 0.0 * c.dt, 0.0 * c.dt, 0.0 * c.dt, 0.0 * c.dt
     slope, change, impulse = 0.0 * v, 0.0 * v, 0.0 * v
-    room, up, down = 1.0 + 0.0 * dt, 0.0 * v, 0.0 * v
+    room, up, down = 1.0 + 0.0 * c.dt, 0.0 * v, 0.0 * v
     if q[3] > 0.0 and o[3] > 0.0:
-        rooms = room_around(scene, index, terrain, variant.ground)
+        rooms = room_around(c, index)
         room = rooms[0] * rooms[1] * rooms[2]
-        total = (q[3] / scene.robot_full + o[3] / scene.medium_full) / room
+        total = (q[3] / c.scene.robot_full + o[3] / c.scene.medium_full) / room
         share, rise = closure(total)
         if share > 0.0:
-            if ti.static(not variant.liquid):
-                strength = dt * CARRIED * scene.inverse / (CLOSED - CLOSING)
+            if ti.static(not c.variant.liquid):
+                strength = c.dt * CARRIED * c.scene.inverse / (CLOSED - CLOSING)
                 carried = strength * (total - CLOSING)
-            up, down = beside(scene, window, s, w, index, rooms, terrain, variant.ground)
-            slope = mass_gradient(grid, m + nodes.size, nodes, up, down) / scene.medium_full
-            change = touched(v - u, slope, share, carried, scene.interface_friction)
+            up, down = beside(c, index, rooms)
+            slope = mass_gradient(c, m + c.nodes.size, up, down) / c.scene.medium_full
+            change = touched(v - u, slope, share, carried, c.scene.interface_friction)
             reduced = q[3] * o[3] / (q[3] + o[3])
             impulse = reduced * change
             v += impulse / q[3]
@@ -224,36 +218,33 @@ def meeting(
 
 
 @ti.func
-def pushed(grid: ti.template(), m, mass, skin: ti.template()):
-    """Change of velocity by the ground's skin at node m of this mass; none without `skin`."""
+def pushed(c: ti.template(), k: ti.template(), m, mass):
+    """Change of velocity by the ground's skin at node m of layer k and of this mass; none where it has no skin."""
     push = ti.Vector([0.0 * mass, 0.0, 0.0])
-    if ti.static(skin):
-        push = ti.Vector([grid[PUSH, m][0], grid[PUSH, m][1], grid[PUSH, m][2]]) / mass
+    if ti.static(c.variant.has_skin(k)):
+        push = ti.Vector([c.grid[PUSH, m][0], c.grid[PUSH, m][1], c.grid[PUSH, m][2]]) / mass
     return push
 
 
 @ti.func
-def grounded(
-    v, push, at, count, friction, terrain: ti.template(), skin: ti.template(), tight: ti.template(),
-    variant: ti.template(),
-):  # fmt: skip
-    """Velocity of a node after the ground: a wall, or a skin that changes it by `push`, above a wall further down."""
+def grounded(c: ti.template(), k: ti.template(), v, push, index: ti.template(), friction):
+    """Velocity of a node of layer k after the ground: a wall, or a skin that changes it by `push`, above a wall further
+    down."""
+    skin = ti.static(c.variant.has_skin(k))
     u = v
     if ti.static(skin):
         u = rub(v + push, push, friction)
-    return contact(u, at, count, friction, terrain, variant.ground, tight, STOP_NODES * skin)
+    return contact(c, u, index, friction, ti.static(c.variant.is_tight(k)), STOP_NODES * skin)
 
 
 @ti.func
-def grounded_adjoint(
-    v, push, stored, at, count, friction, terrain: ti.template(), skin: ti.template(),
-    tight: ti.template(), variant: ti.template(),
-):  # fmt: skip
+def grounded_adjoint(c: ti.template(), k: ti.template(), v, push, stored, index: ti.template(), friction):
     """Adjoints of `grounded` by the velocity and by `push`, from that of its result."""
+    skin = ti.static(c.variant.has_skin(k))
     u, given = v, ti.Vector([stored[0], stored[1], stored[2]])
     if ti.static(skin):
         u = rub(v + push, push, friction)
-    v_adjoint = contact_adjoint(u, given, at, count, friction, terrain, variant.ground, tight, STOP_NODES * skin)
+    v_adjoint = contact_adjoint(c, u, given, index, friction, ti.static(c.variant.is_tight(k)), STOP_NODES * skin)
     push_adjoint = 0.0 * v_adjoint
     if ti.static(skin):
         v_adjoint, push_adjoint = rub_adjoint(v + push, push, v_adjoint, friction)
@@ -262,86 +253,73 @@ def grounded_adjoint(
 
 
 @ti.func
-def update_both(
-    grid: ti.template(), m, node, nodes: ti.template(), window: ti.template(), s, w, index: ti.template(), dt,
-    scene: ti.template(), terrain: ti.template(), variant: ti.template(),
-):  # fmt: skip
+def update_both(c: ti.template(), m, node, index: ti.template()):
     """Momenta of robot and medium at node m to velocities at `node`, with gravity, their contact, and the ground's."""
-    found = meeting(grid, m, nodes, window, s, w, index, dt, scene, terrain, variant)
-    at, count = ti.Vector([index[0], index[1], index[2]]), ti.Vector([scene.nodes_x, scene.nodes_y, scene.nodes_z])
+    found = meeting(c, m, index)
     for k in ti.static(range(2)):
-        mass, after = grid[MOMENTUM, m + k * nodes.size][3], ti.Vector([0.0, 0.0, 0.0, 0.0])
+        mass, after = c.grid[MOMENTUM, m + k * c.nodes.size][3], ti.Vector([0.0, 0.0, 0.0, 0.0])
         if mass > 0.0:
             free = found.v
             if ti.static(k == 1):
                 free = found.u
-            push = pushed(grid, m, mass, k == 0 and variant.skin)
-            friction = scene.friction
-            if ti.static(k == 1 and variant.slides):
-                friction, _limited = most_friction(free, at, dt, scene, terrain, variant.ground)
-            tight = ti.static(k == 1 and variant.liquid)
-            held = grounded(free, push, at, count, friction, terrain, k == 0 and variant.skin, tight, variant)
+            push = pushed(c, k, m, mass)
+            friction = c.scene.friction
+            if ti.static(k == 1 and c.variant.slides):
+                friction, _limited = most_friction(c, free, index)
+            held = grounded(c, k, free, push, index, friction)
             after = ti.Vector([held[0], held[1], held[2], mass])
-        grid[VELOCITY, node + k * nodes.size] = after
+        c.grid[VELOCITY, node + k * c.nodes.size] = after
 
 
 @ti.func
-def update_both_adjoint(
-    grid: ti.template(), grid_adjoint: ti.template(), m, node, nodes: ti.template(), window: ti.template(), s, w,
-    index: ti.template(), dt, scene: ti.template(), terrain: ti.template(), variant: ti.template(),
-):  # fmt: skip
+def update_both_adjoint(c: ti.template(), m, node, index: ti.template()):
     """Adjoint of `update_both`: the velocities' adjoints at `node` become those of momentum (0..2) and mass (3).
 
     Those of the neighbours' mass are added to; so are all, which is atomic where nodes are taken at once.
     """
-    found = meeting(grid, m, nodes, window, s, w, index, dt, scene, terrain, variant)
-    at, count = ti.Vector([index[0], index[1], index[2]]), ti.Vector([scene.nodes_x, scene.nodes_y, scene.nodes_z])
-    q, o = grid[MOMENTUM, m], grid[MOMENTUM, m + nodes.size]
-    stored, other = grid_adjoint[MOMENTUM, node], grid_adjoint[MOMENTUM, node + nodes.size]
+    found = meeting(c, m, index)
+    q, o = c.grid[MOMENTUM, m], c.grid[MOMENTUM, m + c.nodes.size]
+    stored, other = c.grid_adjoint[MOMENTUM, node], c.grid_adjoint[MOMENTUM, node + c.nodes.size]
     v_adjoint, u_adjoint = 0.0 * found.v, 0.0 * found.u
-    q_mass, o_mass = 0.0 * dt, 0.0 * dt
+    q_mass, o_mass = 0.0 * c.dt, 0.0 * c.dt
     push_adjoint = 0.0 * found.v
     if q[3] > 0.0:
-        push = pushed(grid, m, q[3], variant.skin)
-        v_adjoint, push_adjoint = grounded_adjoint(
-            found.v, push, stored, at, count, scene.friction, terrain, variant.skin, False, variant
-        )
+        push = pushed(c, 0, m, q[3])
+        v_adjoint, push_adjoint = grounded_adjoint(c, 0, found.v, push, stored, index, c.scene.friction)
         push_adjoint /= q[3]  # of the impulse, from that of the change of velocity
         q_mass = 0.0 - push_adjoint.dot(push)
     if o[3] > 0.0:
-        friction, limited = scene.friction, 0.0 * found.u
-        if ti.static(variant.slides):
-            friction, limited = most_friction(found.u, at, dt, scene, terrain, variant.ground)
-        tight = ti.static(variant.liquid)
-        u_adjoint, _none = grounded_adjoint(
-            found.u, found.u, other, at, count, friction, terrain, False, tight, variant
-        )
-        if ti.static(variant.slides):
-            u_adjoint += most_friction_adjoint(found.u, other, friction, limited, at, count, variant.ground)
-    if ti.static(variant.skin):
-        grid_adjoint[PUSH, node] = ti.Vector([push_adjoint[0], push_adjoint[1], push_adjoint[2], 0.0])
+        friction, limited = c.scene.friction, 0.0 * found.u
+        if ti.static(c.variant.slides):
+            friction, limited = most_friction(c, found.u, index)
+        u_adjoint, _none = grounded_adjoint(c, 1, found.u, found.u, other, index, friction)
+        if ti.static(c.variant.slides):
+            u_adjoint += most_friction_adjoint(c, found.u, other, friction, limited, index)
+    if ti.static(c.variant.skin):
+        c.grid_adjoint[PUSH, node] = ti.Vector([push_adjoint[0], push_adjoint[1], push_adjoint[2], 0.0])
     if found.share > 0.0:
         # v' = v + J / q and u' = u - J / o with J = reduced change
         impulse_adjoint = v_adjoint / q[3] - u_adjoint / o[3]
         by_reduced = found.change.dot(impulse_adjoint)
-        relative = free_velocity(q, dt, scene) - free_velocity(o, dt, scene)
+        relative = free_velocity(c, q) - free_velocity(c, o)
+        friction, change_adjoint = c.scene.interface_friction, found.reduced * impulse_adjoint
         by_velocity, by_slope, by_share, by_carried = touched_adjoint(
-            relative, found.slope, found.share, found.carried, scene.interface_friction, found.reduced * impulse_adjoint
+            relative, found.slope, found.share, found.carried, friction, change_adjoint
         )
         by_total = (by_share * found.rise + by_carried * found.strength) / found.room
         # reduced = q o / (q + o)
         q_part, o_part = found.reduced / q[3], found.reduced / o[3]
-        q_mass += by_total / scene.robot_full
-        o_mass += by_total / scene.medium_full
+        q_mass += by_total / c.scene.robot_full
+        o_mass += by_total / c.scene.medium_full
         # divided twice: in float32 the square of a mass below 1e-23 kg, of a node that a field hardly touches, is 0
         q_mass += by_reduced * q_part * q_part - v_adjoint.dot(found.impulse) / q[3] / q[3]
         o_mass += by_reduced * o_part * o_part + u_adjoint.dot(found.impulse) / o[3] / o[3]
         v_adjoint += by_velocity
         u_adjoint = u_adjoint - by_velocity
-        by_slope = by_slope / scene.medium_full
-        mass_gradient_adjoint(grid_adjoint, node + nodes.size, nodes, found.up, found.down, by_slope)
-    grid_adjoint[MOMENTUM, node] += momentum_adjoint(q, v_adjoint, q_mass, stored)
-    grid_adjoint[MOMENTUM, node + nodes.size] += momentum_adjoint(o, u_adjoint, o_mass, other)
+        by_slope = by_slope / c.scene.medium_full
+        mass_gradient_adjoint(c, node + c.nodes.size, found.up, found.down, by_slope)
+    c.grid_adjoint[MOMENTUM, node] += momentum_adjoint(q, v_adjoint, q_mass, stored)
+    c.grid_adjoint[MOMENTUM, node + c.nodes.size] += momentum_adjoint(o, u_adjoint, o_mass, other)
 
 
 @ti.func

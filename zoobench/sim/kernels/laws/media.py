@@ -38,32 +38,29 @@ def shear_rate(a: ti.template()):
 
 
 @ti.func
-def medium_stress(state: ti.template(), s, w, p, medium: ti.template(), law: ti.template()):
+def medium_stress(c: ti.template(), p):
     """Kirchhoff stress [Pa] of a medium's particle at slot s, with 2 eta dev(D) where it is viscous."""
     stress = diagonal(0.0)
-    if ti.static(law.is_liquid):
-        pressure, _ = law.pressure(history(state, s, w, p), medium)
+    if ti.static(c.variant.law.is_liquid):
+        pressure, _ = c.variant.law.pressure(history(c.state, c.s, c.w, p), c.scene.medium)
         stress = diagonal(-pressure)
     else:
-        stress = from_symmetric(symmetric(state, s, w, p, STRESS))
-    if ti.static(law.is_viscous):
-        stress = add(stress, scale(2.0 * medium.viscosity, shear_rate(columns(state, s, w, p, C))))
+        stress = from_symmetric(symmetric(c.state, c.s, c.w, p, STRESS))
+    if ti.static(c.variant.law.is_viscous):
+        stress = add(stress, scale(2.0 * c.scene.medium.viscosity, shear_rate(columns(c.state, c.s, c.w, p, C))))
     return stress
 
 
 @ti.func
-def medium_stress_adjoint(
-    state: ti.template(), adjoint: ti.template(), s, w, p, tau_adjoint: ti.template(), medium: ti.template(),
-    law: ti.template(),
-):  # fmt: skip
+def medium_stress_adjoint(c: ti.template(), p, tau_adjoint: ti.template()):
     """Adjoint of `medium_stress`: adds to those of C and J, sets that of the stored stress."""
-    if ti.static(law.is_liquid):
-        _, derivative = law.pressure(history(state, s, w, p), medium)
-        add_history(adjoint, 0, w, p, -derivative * trace(tau_adjoint))
+    if ti.static(c.variant.law.is_liquid):
+        _, derivative = c.variant.law.pressure(history(c.state, c.s, c.w, p), c.scene.medium)
+        add_history(c.adjoint, 0, c.w, p, -derivative * trace(tau_adjoint))
     else:
-        put_symmetric(adjoint, 0, w, p, STRESS, to_symmetric(tau_adjoint), 0.0)
-    if ti.static(law.is_viscous):
-        add_columns(adjoint, 0, w, p, C, scale(2.0 * medium.viscosity, shear_rate(tau_adjoint)))
+        put_symmetric(c.adjoint, 0, c.w, p, STRESS, to_symmetric(tau_adjoint), 0.0)
+    if ti.static(c.variant.law.is_viscous):
+        add_columns(c.adjoint, 0, c.w, p, C, scale(2.0 * c.scene.medium.viscosity, shear_rate(tau_adjoint)))
 
 
 @ti.func
@@ -80,52 +77,47 @@ def elastic_trial(step: ti.template(), b: ti.template()):
 
 
 @ti.func
-def deform_medium(
-    state: ti.template(), s, t, w, p, step: ti.template(), rho, mean, scene: ti.template(), dt, law: ti.template()
-):  # fmt: skip
+def deform_medium(c: ti.template(), p, step: ti.template(), rho, mean):
     """Carry a medium's particle from slot s to t through the deformation increment `step` = I + dt C.
 
     The relative density `rho` and the local `mean` of J act on a liquid alone.
     """
-    if ti.static(law.is_liquid):
-        share = correction_share(scene.inverse, dt, scene.medium)
-        J = water_ratio(relaxed_ratio(history(state, s, w, p), mean, share), determinant(step), rho, share)
-        state[t, w, p, STRAIN + 1] = ti.Vector([0.0, 0.0, J, 0.0])
+    if ti.static(c.variant.law.is_liquid):
+        share = correction_share(c.scene.inverse, c.dt, c.scene.medium)
+        J = water_ratio(relaxed_ratio(history(c.state, c.s, c.w, p), mean, share), determinant(step), rho, share)
+        c.state[c.t, c.w, p, STRAIN + 1] = ti.Vector([0.0, 0.0, J, 0.0])
     else:
-        trial = to_symmetric(elastic_trial(step, from_symmetric(symmetric(state, s, w, p, STRAIN))))
-        b_new, after, stress = law.update(trial, history(state, s, w, p), scene.medium, law)
-        put_symmetric(state, t, w, p, STRAIN, b_new, after)
-        put_symmetric(state, t, w, p, STRESS, stress, 0.0)
+        trial = to_symmetric(elastic_trial(step, from_symmetric(symmetric(c.state, c.s, c.w, p, STRAIN))))
+        b_new, after, stress = c.variant.law.update(trial, history(c.state, c.s, c.w, p), c.scene.medium, c.variant.law)
+        put_symmetric(c.state, c.t, c.w, p, STRAIN, b_new, after)
+        put_symmetric(c.state, c.t, c.w, p, STRESS, stress, 0.0)
 
 
 @ti.func
-def deform_medium_adjoint(
-    state: ti.template(), adjoint: ti.template(), s, w, p, step: ti.template(), rho, mean, scene: ti.template(), dt,
-    law: ti.template(),
-):  # fmt: skip
+def deform_medium_adjoint(c: ti.template(), p, step: ti.template(), rho, mean):
     """Adjoint of `deform_medium`: updates the state's adjoints, returns those of `step`, `rho` and `mean`."""
-    step_adjoint, rho_adjoint, mean_adjoint = diagonal(0.0 * dt), 0.0 * dt, 0.0 * dt
-    after_adjoint = history(adjoint, 0, w, p)
-    if ti.static(law.is_liquid):
-        share = correction_share(scene.inverse, dt, scene.medium)
-        J = history(state, s, w, p)
+    step_adjoint, rho_adjoint, mean_adjoint = diagonal(0.0 * c.dt), 0.0 * c.dt, 0.0 * c.dt
+    after_adjoint = history(c.adjoint, 0, c.w, p)
+    if ti.static(c.variant.law.is_liquid):
+        share = correction_share(c.scene.inverse, c.dt, c.scene.medium)
+        J = history(c.state, c.s, c.w, p)
         J_adjoint, growth_adjoint, rho_adjoint = water_ratio_adjoint(
             relaxed_ratio(J, mean, share), determinant(step), rho, share, after_adjoint
         )
         J_adjoint, mean_adjoint = relaxed_ratio_adjoint(J, mean, share, J_adjoint)
-        adjoint[0, w, p, STRAIN + 1] = ti.Vector([0.0, 0.0, J_adjoint, 0.0])
+        c.adjoint[0, c.w, p, STRAIN + 1] = ti.Vector([0.0, 0.0, J_adjoint, 0.0])
         step_adjoint = scale(growth_adjoint, cofactor(step))  # d det(A) = cof(A) : dA
     else:
-        old = from_symmetric(symmetric(state, s, w, p, STRAIN))
+        old = from_symmetric(symmetric(c.state, c.s, c.w, p, STRAIN))
         half = matmul(step, old)
         trial = to_symmetric(matmul_transposed(half, step))
-        b_adjoint, tau_adjoint = symmetric(adjoint, 0, w, p, STRAIN), symmetric(adjoint, 0, w, p, STRESS)
-        trial_adjoint, old_adjoint = law.update_adjoint(
-            trial, history(state, s, w, p), b_adjoint, after_adjoint, tau_adjoint, scene.medium, law
+        b_adjoint, tau_adjoint = symmetric(c.adjoint, 0, c.w, p, STRAIN), symmetric(c.adjoint, 0, c.w, p, STRESS)
+        trial_adjoint, old_adjoint = c.variant.law.update_adjoint(
+            trial, history(c.state, c.s, c.w, p), b_adjoint, after_adjoint, tau_adjoint, c.scene.medium, c.variant.law
         )
         # trial = S b S^T: 2 A S b by S and S^T A S by b, for the symmetric adjoint A of the trial
         turned = from_symmetric(trial_adjoint)
         step_adjoint = scale(2.0, matmul(turned, half))
         b_new_adjoint = to_symmetric(transposed_matmul(step, matmul(turned, step)))
-        put_symmetric(adjoint, 0, w, p, STRAIN, b_new_adjoint, old_adjoint)
+        put_symmetric(c.adjoint, 0, c.w, p, STRAIN, b_new_adjoint, old_adjoint)
     return step_adjoint, rho_adjoint, mean_adjoint

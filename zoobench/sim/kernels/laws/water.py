@@ -124,9 +124,9 @@ def room_factors(first, count, width: ti.template()):
 @ti.func
 def node_room(at: ti.template(), scene: ti.template(), width: ti.template()):
     """Share of the splines of the stencil's nodes that lies between the walls, by node, its lanes the directions."""
-    x = room_factors(at.x, scene.nodes_x, width)
-    y = room_factors(at.y, scene.nodes_y, width)
-    z = room_factors(at.z, scene.nodes_z, width)
+    x = room_factors(at.at.x, scene.nodes_x, width)
+    y = room_factors(at.at.y, scene.nodes_y, width)
+    z = room_factors(at.at.z, scene.nodes_z, width)
     return [ti.Vector([x[i], y[i], z[i], 0.0]) for i in ti.static(range(width))]
 
 
@@ -139,8 +139,8 @@ def is_open(first, count, width: ti.template()):
 @ti.func
 def is_near_wall(at: ti.template(), scene: ti.template(), width: ti.template()):
     """True if a wall takes part of the splines of the stencil's nodes in any direction."""
-    inside = is_open(at.x, scene.nodes_x, width) and is_open(at.y, scene.nodes_y, width)
-    return not (inside and is_open(at.z, scene.nodes_z, width))
+    inside = is_open(at.at.x, scene.nodes_x, width) and is_open(at.at.y, scene.nodes_y, width)
+    return not (inside and is_open(at.at.z, scene.nodes_z, width))
 
 
 @ti.func
@@ -153,11 +153,11 @@ def weighted_sum(w: ti.template(), a: ti.template(), width: ti.template()):
 
 
 @ti.func
-def room(at: ti.template(), w: ti.template(), scene: ti.template(), width: ti.template()):
+def room(at: ti.template(), scene: ti.template(), width: ti.template()):
     """Share of a particle's spline that lies between the walls, in every direction."""
     share = ti.Vector([1.0, 1.0, 1.0, 0.0])
     if is_near_wall(at, scene, width):
-        share = weighted_sum(w, node_room(at, scene, width), width)
+        share = weighted_sum(at.w, node_room(at, scene, width), width)
     return share
 
 
@@ -169,15 +169,13 @@ def density_factor(share, scene: ti.template()):
 
 
 @ti.func
-def room_adjoint(
-    at: ti.template(), dw: ti.template(), share, rho, rho_adjoint, scene: ti.template(), width: ti.template()
-):  # fmt: skip
+def room_adjoint(at: ti.template(), share, rho, rho_adjoint, scene: ti.template(), width: ti.template()):
     """The part of the adjoint of the relative density `rho` that comes from the walls, by the offset."""
     offset_adjoint = 0.0 * share
     if is_near_wall(at, scene, width):
         if share[0] * share[1] * share[2] > LEAST_ROOM:
             # d(1/room) = -room' / room^2, direction by direction
-            change = weighted_sum(dw, node_room(at, scene, width), width)
+            change = weighted_sum(at.dw, node_room(at, scene, width), width)
             for d in ti.static(range(3)):
                 offset_adjoint[d] = -rho_adjoint * rho * change[d] / share[d]
     return offset_adjoint

@@ -63,11 +63,11 @@ def meeting(q, u, lift, dt, scene: ti.template()):
 
 
 @ti.func
-def meeting_adjoint(q, u, lift, dt, v_adjoint, u_adjoint, mixture_adjoint, scene: ti.template()):
+def meeting_adjoint(c: ti.template(), q, u, lift, v_adjoint, u_adjoint, mixture_adjoint):
     """Adjoint of `meeting` by q, u and lift, from those of its velocities and of the mixture (1 - phi) u + phi v."""
-    share = shares(q, scene)
-    light = lightness(q, scene)
-    free = q[0] / q[1] + dt * (1.0 - light) * lift
+    share = shares(q, c.scene)
+    light = lightness(q, c.scene)
+    free = q[0] / q[1] + c.dt * (1.0 - light) * lift
     total = q[1] + share.water
     part = q[1] / total
     slip = free - u
@@ -86,11 +86,11 @@ def meeting_adjoint(q, u, lift, dt, v_adjoint, u_adjoint, mixture_adjoint, scene
     part_by = share.drag * slip * (v_by + dragged_by)
     free_by = v_by + slip_by
     # part = m / (m + m_w), m_w = rho (1 - phi) h^3
-    phi_by += part_by * part / total * scene.medium.density / share.per_cell
-    light_by = 0.0 - dt * lift * free_by
+    phi_by += part_by * part / total * c.scene.medium.density / share.per_cell
+    light_by = 0.0 - c.dt * lift * free_by
     mass_by = part_by * (1.0 - part) / total - (free_by * q[0] / q[1] + light_by * light) / q[1]
-    volume_by = light_by * scene.medium.density / q[1]
+    volume_by = light_by * c.scene.medium.density / q[1]
     if q[2] * share.per_cell < FULLEST:
         volume_by += phi_by * share.per_cell
     row = ti.Vector([free_by / q[1], mass_by, volume_by, slip * exchange * share.slope])
-    return row, dragged_by - slip_by, dt * (1.0 - light) * free_by
+    return row, dragged_by - slip_by, c.dt * (1.0 - light) * free_by

@@ -1,7 +1,7 @@
 """A robot's particle to and from the faces of the water's grid: MLS-MPM with APIC, direction by direction.
 
-Faces of direction d form a grid that is offset by half a cell in the two other directions. Arrays and names are those
-of `substep`; fields of the grid are those of `water_layout`.
+Faces of direction d form a grid that is offset by half a cell in the two other directions. `c` is the substep's
+`context.Context`; fields of the grid are those of `water_layout`.
 """
 
 import taichi as ti
@@ -21,6 +21,7 @@ from zoobench.sim.kernels.columns import (
     transposed_matvec,
     zero_lanes,
 )
+from zoobench.sim.kernels.context import Around
 from zoobench.sim.kernels.layout import MASS, VOLUME, C, F, V, X, columns, put_columns
 from zoobench.sim.kernels.splines import INVERSE_MOMENT, stencil, weight_derivatives, weights
 from zoobench.sim.kernels.substep import particle_stress
@@ -33,10 +34,10 @@ COVER = 3
 
 
 @ti.func
-def face_stencil(place, own, scene: ti.template(), nodes: ti.template(), width: ti.template()):
+def face_stencil(c: ti.template(), place, own):
     """The stencil of a place in the faces of a direction, of which `own` is the unit vector."""
-    half = 0.5 * scene.spacing
-    return stencil(place - lanes(half, half, half, 0.0) + half * own, scene, nodes, width)
+    half = 0.5 * c.scene.spacing
+    return stencil(place - lanes(half, half, half, 0.0) + half * own, c.scene, c.nodes, c.variant.width)
 
 
 @ti.func
@@ -46,115 +47,102 @@ def along(a: ti.template(), own):
 
 
 @ti.func
-def affine(state: ti.template(), body: ti.template(), scene: ti.template(), dt, s, w, p, variant: ti.template()):
+def affine(c: ti.template(), p):
     """Change of a particle's momentum from node to node: of its motion and of the internal forces (see `substep`)."""
-    q = body[w, p, 0]
-    factor = -ti.static(INVERSE_MOMENT[variant.width]) * dt * scene.inverse * q[VOLUME]
-    slope = scale(factor, particle_stress(state, body, scene, s, w, p, variant))
-    return add(slope, scale(q[MASS] * scene.spacing, columns(state, s, w, p, C)))
+    q = c.body[c.w, p, 0]
+    factor = -ti.static(INVERSE_MOMENT[c.variant.width]) * c.dt * c.scene.inverse * q[VOLUME]
+    slope = scale(factor, particle_stress(c, p))
+    return add(slope, scale(q[MASS] * c.scene.spacing, columns(c.state, c.s, c.w, p, C)))
 
 
 @ti.func
-def origin_row(state: ti.template(), body: ti.template(), s, w, p, own, slope: ti.template(), offset):
+def origin_row(c: ti.template(), p, own, slope: ti.template(), offset):
     """(momentum along a direction, mass, volume, covered volume) at the first node of a stencil."""
-    q = body[w, p, 0]
-    momentum = q[MASS] * state[s, w, p, V] - offset[0] * slope.x - offset[1] * slope.y - offset[2] * slope.z
-    return lanes(dot(momentum, own), q[MASS], q[VOLUME], q[VOLUME] * body[w, p, 1][COVER])
+    q = c.body[c.w, p, 0]
+    momentum = q[MASS] * c.state[c.s, c.w, p, V] - offset[0] * slope.x - offset[1] * slope.y - offset[2] * slope.z
+    return lanes(dot(momentum, own), q[MASS], q[VOLUME], q[VOLUME] * c.body[c.w, p, 1][COVER])
 
 
 @ti.func
-def to_faces(
-    state: ti.template(), body: ti.template(), grid: ti.template(), nodes: ti.template(), scene: ti.template(), dt,
-    s, w, p, variant: ti.template(),
-):  # fmt: skip
+def to_faces(c: ti.template(), p):
     """Scatter one particle."""
-    width = ti.static(variant.width)
-    slope = affine(state, body, scene, dt, s, w, p, variant)
+    width = ti.static(c.variant.width)
+    slope = affine(c, p)
     for d in range(3):
         own = unit(d)
-        at = face_stencil(state[s, w, p, X], own, scene, nodes, width)
-        origin = origin_row(state, body, s, w, p, own, slope, at.offset)
+        at = face_stencil(c, c.state[c.s, c.w, p, X], own)
+        origin = origin_row(c, p, own, slope, at.offset)
         share = weights(at.offset, width)
-        scatter(grid, ROBOT + d, 0, nodes, at.node, share, origin, along(slope, own), width)
+        scatter(c.field(ROBOT + d), Around(at, share), origin, along(slope, own))
 
 
 @ti.func
-def from_faces(
-    state: ti.template(), grid: ti.template(), nodes: ti.template(), scene: ti.template(), dt, s, t, w, p,
-    variant: ti.template(),
-):  # fmt: skip
+def from_faces(c: ti.template(), p):
     """Gather, move and deform one particle."""
-    width = ti.static(variant.width)
-    factor = ti.static(INVERSE_MOMENT[variant.width]) * scene.inverse
-    place, velocity = state[s, w, p, X], zero_lanes()
+    width = ti.static(c.variant.width)
+    factor = ti.static(INVERSE_MOMENT[c.variant.width]) * c.scene.inverse
+    place, velocity = c.state[c.s, c.w, p, X], zero_lanes()
     rate_x, rate_y, rate_z = zero_lanes(), zero_lanes(), zero_lanes()
     for d in range(3):
         own = unit(d)
-        at = face_stencil(place, own, scene, nodes, width)
-        total, by_x, by_y, by_z = gather(grid, MOVED + d, nodes, at.node, weights(at.offset, width), width)
+        at = face_stencil(c, place, own)
+        share = weights(at.offset, width)
+        total, by_x, by_y, by_z = gather(c.field(MOVED + d), Around(at, share))
         v = total[0]
         velocity += v * own
         rate_x += factor * (by_x[0] - at.offset[0] * v) * own
         rate_y += factor * (by_y[0] - at.offset[1] * v) * own
         rate_z += factor * (by_z[0] - at.offset[2] * v) * own
     rate = matrix(rate_x, rate_y, rate_z)
-    state[t, w, p, X] = place + dt * velocity
-    state[t, w, p, V] = velocity
-    put_columns(state, t, w, p, C, rate)
-    deformation = columns(state, s, w, p, F)
-    put_columns(state, t, w, p, F, add(deformation, matmul(scale(dt, rate), deformation)))
+    c.state[c.t, c.w, p, X] = place + c.dt * velocity
+    c.state[c.t, c.w, p, V] = velocity
+    put_columns(c.state, c.t, c.w, p, C, rate)
+    deformation = columns(c.state, c.s, c.w, p, F)
+    put_columns(c.state, c.t, c.w, p, F, add(deformation, matmul(scale(c.dt, rate), deformation)))
 
 
 @ti.func
-def from_faces_adjoint(
-    state: ti.template(), adjoint: ti.template(), grid: ti.template(), grid_adjoint: ti.template(),
-    nodes: ti.template(), scene: ti.template(), dt, s, t, w, p, variant: ti.template(),
-):  # fmt: skip
+def from_faces_adjoint(c: ti.template(), p):
     """Adjoint of `from_faces`: adds to the faces' velocity adjoint in ROBOT; those of v and C are used up."""
-    width = ti.static(variant.width)
-    factor = ti.static(INVERSE_MOMENT[variant.width]) * scene.inverse
-    place, rate = state[s, w, p, X], columns(state, t, w, p, C)
-    F_adjoint, x_adjoint = columns(adjoint, 0, w, p, F), adjoint[0, w, p, X]
+    width = ti.static(c.variant.width)
+    factor = ti.static(INVERSE_MOMENT[c.variant.width]) * c.scene.inverse
+    place, rate = c.state[c.s, c.w, p, X], columns(c.state, c.t, c.w, p, C)
+    F_adjoint, x_adjoint = columns(c.adjoint, 0, c.w, p, F), c.adjoint[0, c.w, p, X]
     rate_adjoint = add(
-        columns(adjoint, 0, w, p, C), scale(dt, matmul_transposed(F_adjoint, columns(state, s, w, p, F)))
+        columns(c.adjoint, 0, c.w, p, C), scale(c.dt, matmul_transposed(F_adjoint, columns(c.state, c.s, c.w, p, F)))
     )
-    put_columns(adjoint, 0, w, p, F, add(F_adjoint, scale(dt, transposed_matmul(rate, F_adjoint))))
-    v_adjoint, velocity = adjoint[0, w, p, V] + dt * x_adjoint, state[t, w, p, V]
+    put_columns(c.adjoint, 0, c.w, p, F, add(F_adjoint, scale(c.dt, transposed_matmul(rate, F_adjoint))))
+    v_adjoint, velocity = c.adjoint[0, c.w, p, V] + c.dt * x_adjoint, c.state[c.t, c.w, p, V]
     slope = scale(factor, rate_adjoint)
     for d in range(3):
         own = unit(d)
-        at = face_stencil(place, own, scene, nodes, width)
-        by_place = transposed_matvec(slope, own)
+        at = face_stencil(c, place, own)
+        share, slopes = weights(at.offset, width), weight_derivatives(at.offset, width)
+        near, by_place = Around(at, share, slopes), transposed_matvec(slope, own)
         origin = only(dot(v_adjoint, own) - dot(at.offset, by_place), 0)
-        x_adjoint += scene.inverse * (
-            gather_adjoint(
-                grid, MOVED + d, 0, grid_adjoint, ROBOT + d, nodes, at.node,
-                weights(at.offset, width), weight_derivatives(at.offset, width), origin, along(slope, own), width, True,
-            )
+        x_adjoint += c.scene.inverse * (
+            gather_adjoint(c.field(MOVED + d), c.adjoint_of(ROBOT + d), near, origin, along(slope, own))
             - dot(velocity, own) * by_place
-        )  # fmt: skip
-    adjoint[0, w, p, X] = x_adjoint
+        )
+    c.adjoint[0, c.w, p, X] = x_adjoint
 
 
 @ti.func
-def to_faces_adjoint(
-    state: ti.template(), body: ti.template(), adjoint: ti.template(), body_adjoint: ti.template(),
-    grid_adjoint: ti.template(), nodes: ti.template(), scene: ti.template(), dt, s, w, p, variant: ti.template(),
-):  # fmt: skip
+def to_faces_adjoint(c: ti.template(), p):
     """Adjoint of `to_faces`: state adjoints at slot s, and additions to those of the parameters."""
-    width = ti.static(variant.width)
-    q, velocity, rate = body[w, p, 0], state[s, w, p, V], columns(state, s, w, p, C)
-    slope = affine(state, body, scene, dt, s, w, p, variant)
+    width = ti.static(c.variant.width)
+    q, velocity, rate = c.body[c.w, p, 0], c.state[c.s, c.w, p, V], columns(c.state, c.s, c.w, p, C)
+    slope = affine(c, p)
     x_adjoint, v_adjoint, sums = zero_lanes(), zero_lanes(), zero_lanes()
     by_x, by_y, by_z = zero_lanes(), zero_lanes(), zero_lanes()
     for d in range(3):
         own = unit(d)
-        at = face_stencil(state[s, w, p, X], own, scene, nodes, width)
-        origin = origin_row(state, body, s, w, p, own, slope, at.offset)
+        at = face_stencil(c, c.state[c.s, c.w, p, X], own)
+        origin = origin_row(c, p, own, slope, at.offset)
+        share, slopes = weights(at.offset, width), weight_derivatives(at.offset, width)
         offset_adjoint, total, first_x, first_y, first_z = scatter_adjoint(
-            grid_adjoint, ROBOT + d, nodes, at.node, weights(at.offset, width),
-            weight_derivatives(at.offset, width), origin, along(slope, own), width,
-        )  # fmt: skip
+            c.adjoint_of(ROBOT + d), Around(at, share, slopes), origin, along(slope, own)
+        )
         x_adjoint += offset_adjoint - total[0] * transposed_matvec(slope, own)
         v_adjoint += total[0] * own
         by_x += (first_x[0] - at.offset[0] * total[0]) * own
@@ -162,15 +150,15 @@ def to_faces_adjoint(
         by_z += (first_z[0] - at.offset[2] * total[0]) * own
         sums += total
     affine_adjoint = matrix(by_x, by_y, by_z)
-    rate_adjoint = scale(scene.spacing, affine_adjoint)
+    rate_adjoint = scale(c.scene.spacing, affine_adjoint)
     mass_adjoint = sums[1] + dot(v_adjoint, velocity) + contract(rate_adjoint, rate)
-    adjoint[0, w, p, X] += scene.inverse * spatial(x_adjoint)
-    adjoint[0, w, p, V] = q[MASS] * v_adjoint
-    put_columns(adjoint, 0, w, p, C, scale(q[MASS], rate_adjoint))
+    c.adjoint[0, c.w, p, X] += c.scene.inverse * spatial(x_adjoint)
+    c.adjoint[0, c.w, p, V] = q[MASS] * v_adjoint
+    put_columns(c.adjoint, 0, c.w, p, C, scale(q[MASS], rate_adjoint))
     # the stress is symmetric, so only the symmetric part of its adjoint acts
-    factor = -ti.static(INVERSE_MOMENT[width]) * dt * scene.inverse
+    factor = -ti.static(INVERSE_MOMENT[width]) * c.dt * c.scene.inverse
     even = scale(0.5 * factor, add(affine_adjoint, transpose(affine_adjoint)))
-    stress = particle_stress(state, body, scene, s, w, p, variant)
-    volume_adjoint = contract(even, stress) + sums[2] + body[w, p, 1][COVER] * sums[3]
-    body_adjoint[w, p, 0] += ti.Vector([mass_adjoint, volume_adjoint, 0.0, 0.0])
-    robot_stress_adjoint(state, body, adjoint, body_adjoint, scene, s, w, p, scale(q[VOLUME], even), variant)
+    stress = particle_stress(c, p)
+    volume_adjoint = contract(even, stress) + sums[2] + c.body[c.w, p, 1][COVER] * sums[3]
+    c.body_adjoint[c.w, p, 0] += ti.Vector([mass_adjoint, volume_adjoint, 0.0, 0.0])
+    robot_stress_adjoint(c, p, scale(q[VOLUME], even))

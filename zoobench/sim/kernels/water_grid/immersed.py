@@ -8,6 +8,7 @@ import taichi as ti
 from zoobench.sim.kernels.array_types import Rows, Scalars
 from zoobench.sim.kernels.boundary import WALL_NODES
 from zoobench.sim.kernels.columns import dot, spatial, zero_lanes
+from zoobench.sim.kernels.context import Context
 from zoobench.sim.kernels.layout import X, scene_constants
 from zoobench.sim.kernels.splines import first_node
 from zoobench.sim.kernels.water_grid.advection import advect, advect_adjoint, hold_walls, load_flow
@@ -31,130 +32,140 @@ from zoobench.sim.model.grid_water import GridWater
 
 
 @ti.func
-def inside(i, j, k, n: ti.template(), d):
-    """True for a face of direction d of cell (i, j, k) with water on both sides."""
-    found = i >= 0 and j >= 0 and k >= 0 and i < n.x and j < n.y and k < n.z
-    return found and chosen(d, i, j, k) > 0
+def each_face(c: ti.template(), visit: ti.template()):
+    """Visit the faces of the robot's window, direction by direction, with their node and the index of their cell."""
+    for d in range(3):
+        for i in range(c.window[c.s, c.w, 0], c.window[c.s, c.w, 3]):
+            for j in range(c.window[c.s, c.w, 1], c.window[c.s, c.w, 4]):
+                first = i * c.nodes.sx + j * c.nodes.sy
+                for k in range(c.window[c.s, c.w, 2], c.window[c.s, c.w, 5]):
+                    visit(c, d, first + k, (i - WALL_NODES, j - WALL_NODES, k - WALL_NODES))
 
 
 @ti.func
-def on_wall(i, j, k, n: ti.template(), d):
+def each_cell(c: ti.template(), visit: ti.template()):
+    """Visit the cells between the walls with their node and their index."""
+    n = cells(c.scene)
+    for i in range(n.x):
+        for j in range(n.y):
+            for k in range(n.z):
+                visit(c, node_of(c.nodes, i, j, k), (i, j, k))
+
+
+@ti.func
+def place_in(c: ti.template(), index: ti.template()):
+    """The place of a cell in the arrays of the flow."""
+    n = cells(c.scene)
+    return (index[0] * n.y + index[1]) * n.z + index[2]
+
+
+@ti.func
+def inside(c: ti.template(), index: ti.template(), d):
+    """True for a face of direction d of a cell with water on both sides."""
+    n, found = cells(c.scene), index[0] >= 0 and index[1] >= 0 and index[2] >= 0
+    found = found and index[0] < n.x and index[1] < n.y and index[2] < n.z
+    return found and chosen(d, index[0], index[1], index[2]) > 0
+
+
+@ti.func
+def on_wall(c: ti.template(), index: ti.template(), d):
     """True for a face on or behind a wall with a normal along d."""
+    n, (i, j, k) = cells(c.scene), index
     return chosen(d, i, j, k) <= 0 or chosen(d, i - n.x, j - n.y, k - n.z) >= 0
 
 
 @ti.func
-def clear_faces(grid: ti.template(), window: ti.template(), nodes: ti.template(), s, w):
-    """Zero the robot's faces in the window."""
-    for d in range(3):
-        for i in range(window[s, w, 0], window[s, w, 3]):
-            for j in range(window[s, w, 1], window[s, w, 4]):
-                first = i * nodes.sx + j * nodes.sy
-                for x in range(first + window[s, w, 2], first + window[s, w, 5]):
-                    grid[ROBOT + d, x] = zero_lanes()
+def stride(c: ti.template(), d):
+    """From a node to the next in direction d."""
+    return chosen(d, c.nodes.sx, c.nodes.sy, 1)
 
 
 @ti.func
-def pull(grid: ti.template(), x, scene: ti.template(), nodes: ti.template(), d):
+def clear_face(c: ti.template(), d, x, index: ti.template()):
+    """Zero the robot's row of a face."""
+    c.grid[ROBOT + d, x] = zero_lanes()
+
+
+@ti.func
+def clear_face_adjoint(c: ti.template(), d, x, index: ti.template()):
+    """Zero its adjoint."""
+    c.grid_adjoint[ROBOT + d, x] = zero_lanes()
+
+
+@ti.func
+def pull(c: ti.template(), x, d):
     """Gravity and the last substep's gradient of pressure over density along d at a face [m/s^2]."""
-    step = chosen(d, nodes.sx, nodes.sy, 1)
-    return chosen(d, scene.g_x, scene.g_y, scene.g_z) + grid[WATER, x][3] - grid[WATER, x - step][3]
+    gravity = chosen(d, c.scene.g_x, c.scene.g_y, c.scene.g_z)
+    return gravity + c.grid[WATER, x][3] - c.grid[WATER, x - stride(c, d)][3]
 
 
 @ti.func
-def meet_all(
-    grid: ti.template(), window: ti.template(), nodes: ti.template(), scene: ti.template(), dt, s, w,
-):  # fmt: skip
+def meet(c: ti.template(), d, x, index: ti.template()):
     """ROBOT and STAR to MOVED: the velocity of the robot, the changes of the water's and of the mixture's."""
-    n = cells(scene)
-    for d in range(3):
-        for i in range(window[s, w, 0], window[s, w, 3]):
-            for j in range(window[s, w, 1], window[s, w, 4]):
-                for k in range(window[s, w, 2], window[s, w, 5]):
-                    x = i * nodes.sx + j * nodes.sy + k
-                    q, moved = grid[ROBOT + d, x], zero_lanes()
-                    a, b, c = i - WALL_NODES, j - WALL_NODES, k - WALL_NODES
-                    if q[1] > 0.0:
-                        if inside(a, b, c, n, d):
-                            u = dot(grid[STAR, x], unit(d))
-                            v, after, phi = meeting(q, u, pull(grid, x, scene, nodes, d), dt, scene)
-                            moved = ti.Vector([v, after - u, after - u + phi * (v - after), 0.0])
-                        elif not on_wall(a, b, c, n, d):
-                            moved = only(q[0] / q[1], 0)
-                    grid[MOVED + d, x] = moved
+    q, moved = c.grid[ROBOT + d, x], zero_lanes()
+    if q[1] > 0.0:
+        if inside(c, index, d):
+            u = dot(c.grid[STAR, x], unit(d))
+            v, after, phi = meeting(q, u, pull(c, x, d), c.dt, c.scene)
+            moved = ti.Vector([v, after - u, after - u + phi * (v - after), 0.0])
+        elif not on_wall(c, index, d):
+            moved = only(q[0] / q[1], 0)
+    c.grid[MOVED + d, x] = moved
 
 
 @ti.func
-def add_mixture(grid: ti.template(), window: ti.template(), nodes: ti.template(), s, w):
+def add_mixture(c: ti.template(), d, x, index: ti.template()):
     """Divergence of what the robot changes in the mixture's velocity, added to SCALAR."""
-    for d in range(3):
-        step = chosen(d, nodes.sx, nodes.sy, 1)
-        for i in range(window[s, w, 0], window[s, w, 3]):
-            for j in range(window[s, w, 1], window[s, w, 4]):
-                first = i * nodes.sx + j * nodes.sy
-                for x in range(first + window[s, w, 2], first + window[s, w, 5]):
-                    change = grid[MOVED + d, x][2]
-                    if change != 0.0:
-                        grid[SCALAR, x] += only(0.0 - change, 0)
-                        grid[SCALAR, x - step] += only(change, 0)
+    change = c.grid[MOVED + d, x][2]
+    if change != 0.0:
+        c.grid[SCALAR, x] += only(0.0 - change, 0)
+        c.grid[SCALAR, x - stride(c, d)] += only(change, 0)
 
 
 @ti.func
-def press_robot(
-    grid: ti.template(), window: ti.template(), nodes: ti.template(), scene: ti.template(), s, w, water: ti.template()
-):  # fmt: skip
-    """The robot's velocities in MOVED without the gradient of SCALAR; with `water` its change of velocity into STAR."""
-    n = cells(scene)
-    for d in range(3):
-        step = chosen(d, nodes.sx, nodes.sy, 1)
-        for i in range(window[s, w, 0], window[s, w, 3]):
-            for j in range(window[s, w, 1], window[s, w, 4]):
-                for k in range(window[s, w, 2], window[s, w, 5]):
-                    x = i * nodes.sx + j * nodes.sy + k
-                    if grid[ROBOT + d, x][1] > 0.0 and inside(i - WALL_NODES, j - WALL_NODES, k - WALL_NODES, n, d):
-                        if ti.static(water):
-                            grid[STAR, x] += grid[MOVED + d, x][1] * unit(d)
-                        grid[MOVED + d, x] += only(grid[SCALAR, x - step][0] - grid[SCALAR, x][0], 0)
+def press_robot(c: ti.template(), d, x, index: ti.template()):
+    """The robot's velocity in MOVED without the gradient of SCALAR."""
+    if c.grid[ROBOT + d, x][1] > 0.0 and inside(c, index, d):
+        c.grid[MOVED + d, x] += only(c.grid[SCALAR, x - stride(c, d)][0] - c.grid[SCALAR, x][0], 0)
 
 
 @ti.func
-def store_flow(flow: ti.template(), grid: ti.template(), nodes: ti.template(), scene: ti.template(), dt, t, w):
+def press_both(c: ti.template(), d, x, index: ti.template()):
+    """The same, and the change of the water's velocity into STAR."""
+    if c.grid[ROBOT + d, x][1] > 0.0 and inside(c, index, d):
+        c.grid[STAR, x] += c.grid[MOVED + d, x][1] * unit(d)
+    press_robot(c, d, x, index)
+
+
+@ti.func
+def store_flow(c: ti.template(), x, index: ti.template()):
     """STAR without the gradient of SCALAR to slot t, and the pressure."""
-    n = cells(scene)
-    for i in range(n.x):
-        for j in range(n.y):
-            for k in range(n.z):
-                x = node_of(nodes, i, j, k)
-                after = spatial(grid[STAR, x] - gradient(grid, x, i, j, k, nodes))
-                flow[t, w, (i * n.y + j) * n.z + k] = after + only(grid[SCALAR, x][0] / dt, 3)
+    after = spatial(c.grid[STAR, x] - gradient(c.grid, x, index[0], index[1], index[2], c.nodes))
+    c.flow[c.t, c.w, place_in(c, index)] = after + only(c.grid[SCALAR, x][0] / c.dt, 3)
 
 
 @ti.func
-def find_window(
-    state: ti.template(), window: ti.template(), scene: ti.template(), t, w, width: ti.template()
-):  # fmt: skip
+def find_window(c: ti.template()):
     """The window of the faces that the particles touch at slot t."""
+    width = ti.static(c.variant.width)
     for d in range(3):
-        count = chosen(d, scene.nodes_x, scene.nodes_y, scene.nodes_z)
+        count = chosen(d, c.scene.nodes_x, c.scene.nodes_y, c.scene.nodes_z)
         low, high = count, 0
-        for p in range(state.shape[2]):
-            place = dot(state[t, w, p, X], unit(d)) * scene.inverse
+        for p in range(c.state.shape[2]):
+            place = dot(c.state[c.t, c.w, p, X], unit(d)) * c.scene.inverse
             # faces of direction d lie half a cell beside those of the others
             low = ti.min(low, first_node(place - 0.5, count, width))
             high = ti.max(high, first_node(place, count, width) + width)
-        window[t, w, d], window[t, w, 3 + d] = low, high
+        c.window[c.t, c.w, d], c.window[c.t, c.w, 3 + d] = low, high
 
 
 @ti.func
-def meet_robot(
-    state: ti.template(), window: ti.template(), body: ti.template(), grid: ti.template(), nodes: ti.template(),
-    scene: ti.template(), dt, s, w, variant: ti.template(),
-):  # fmt: skip
+def meet_robot(c: ti.template()):
     """The robot at slot s to the faces, where it meets the water in STAR."""
-    clear_faces(grid, window, nodes, s, w)
-    for p in range(state.shape[2]):
-        to_faces(state, body, grid, nodes, scene, dt, s, w, p, variant)
-    meet_all(grid, window, nodes, scene, dt, s, w)
+    each_face(c, clear_face)
+    for p in range(c.state.shape[2]):
+        to_faces(c, p)
+    each_face(c, meet)
 
 
 @ti.kernel
@@ -170,113 +181,106 @@ def advance_immersed(
         for n in range(plan[w, 1]):
             s = plan[w, 0] + n * stride
             t = s + stride
+            c = Context(
+                variant, state=state, window=window, flow=flow, body=body, grid=grid, scene=scene, nodes=nodes, dt=dt,
+                w=w, s=s, t=t,
+            )  # fmt: skip
             load_flow(flow, grid, scene, s, w)
             advect(grid, scene, dt)
-            meet_robot(state, window, body, grid, nodes, scene, dt, s, w, variant)
+            meet_robot(c)
             divergence(grid, STAR, scene)
-            add_mixture(grid, window, nodes, s, w)
+            each_face(c, add_mixture)
             solve(grid, modes, scene)
-            press_robot(grid, window, nodes, scene, s, w, True)
+            each_face(c, press_both)
             for p in range(state.shape[2]):
-                from_faces(state, grid, nodes, scene, dt, s, t, w, p, variant)
-            store_flow(flow, grid, nodes, scene, dt, t, w)
-            find_window(state, window, scene, t, w, variant.width)
+                from_faces(c, p)
+            each_cell(c, store_flow)
+            find_window(c)
 
 
 @ti.func
-def load_pressure(flow: ti.template(), grid: ti.template(), nodes: ti.template(), scene: ti.template(), dt, t, w):
+def load_pressure(c: ti.template(), x, index: ti.template()):
     """The pressure at slot t, which the substep to it found, to SCALAR."""
-    n = cells(scene)
-    for i in range(n.x):
-        for j in range(n.y):
-            for k in range(n.z):
-                pressure = dt * flow[t, w, (i * n.y + j) * n.z + k][3]
-                grid[SCALAR, node_of(nodes, i, j, k)] = only(pressure, 0)
+    c.grid[SCALAR, x] = only(c.dt * c.flow[c.t, c.w, place_in(c, index)][3], 0)
 
 
 @ti.func
-def press_adjoint(
-    grid: ti.template(), grid_adjoint: ti.template(), window: ti.template(), flow_adjoint: ti.template(),
-    nodes: ti.template(), scene: ti.template(), dt, s, w,
-):  # fmt: skip
+def add_pressure_adjoint(c: ti.template(), x, index: ti.template()):
+    """Adjoint of the gradient of SCALAR by the pressure, to SCALAR."""
+    pressure = c.flow_adjoint[0, c.w, place_in(c, index)][3]
+    c.grid[SCALAR, x] = c.grid_adjoint[SCALAR, x] + only(pressure / c.dt, 0)
+
+
+@ti.func
+def press_robot_adjoint(c: ti.template(), d, x, index: ti.template()):
+    """Adjoint of `press_robot` by SCALAR."""
+    if c.grid[ROBOT + d, x][1] > 0.0 and inside(c, index, d):
+        push = c.grid_adjoint[ROBOT + d, x][0]
+        c.grid[SCALAR, x] += only(0.0 - push, 0)
+        c.grid[SCALAR, x - stride(c, d)] += only(push, 0)
+
+
+@ti.func
+def press_adjoint(c: ti.template()):
     """Adjoint of the gradients of SCALAR, to SCALAR: by the water's and the robot's velocity, and by the pressure.
 
     The adjoint of the water's new velocity also becomes that of STAR, zero on the walls.
     """
-    n = cells(scene)
+    n = cells(c.scene)
     for i in range(n.x + 1):
         for j in range(n.y + 1):
             for k in range(n.z + 1):
-                x, given = node_of(nodes, i, j, k), zero_lanes()
+                x, given = node_of(c.nodes, i, j, k), zero_lanes()
                 if i < n.x and j < n.y and k < n.z:
-                    given = flow_adjoint[0, w, (i * n.y + j) * n.z + k]
-                grid_adjoint[STAR, x] = spatial(given)
-                grid_adjoint[SCALAR, x] = only(given[3], 0)
-    hold_walls(grid_adjoint, STAR, scene)
+                    given = c.flow_adjoint[0, c.w, (i * n.y + j) * n.z + k]
+                c.grid_adjoint[STAR, x] = spatial(given)
+                c.grid_adjoint[SCALAR, x] = only(given[3], 0)
+    hold_walls(c.grid_adjoint, STAR, c.scene)
     # div is the negative transpose of grad
-    divergence(grid_adjoint, STAR, scene)
-    for i in range(n.x):
-        for j in range(n.y):
-            for k in range(n.z):
-                x = node_of(nodes, i, j, k)
-                pressure = flow_adjoint[0, w, (i * n.y + j) * n.z + k][3]
-                grid[SCALAR, x] = grid_adjoint[SCALAR, x] + only(pressure / dt, 0)
-    for d in range(3):
-        step = chosen(d, nodes.sx, nodes.sy, 1)
-        for i in range(window[s, w, 0], window[s, w, 3]):
-            for j in range(window[s, w, 1], window[s, w, 4]):
-                for k in range(window[s, w, 2], window[s, w, 5]):
-                    x = i * nodes.sx + j * nodes.sy + k
-                    if grid[ROBOT + d, x][1] > 0.0 and inside(i - WALL_NODES, j - WALL_NODES, k - WALL_NODES, n, d):
-                        push = grid_adjoint[ROBOT + d, x][0]
-                        grid[SCALAR, x] += only(0.0 - push, 0)
-                        grid[SCALAR, x - step] += only(push, 0)
+    divergence(c.grid_adjoint, STAR, c.scene)
+    each_cell(c, add_pressure_adjoint)
+    each_face(c, press_robot_adjoint)
 
 
 @ti.func
-def mixture_adjoint(grid: ti.template(), grid_adjoint: ti.template(), nodes: ti.template(), scene: ti.template()):
+def mixture_adjoint(c: ti.template(), x, index: ti.template()):
     """Adjoint of the divergence in SCALAR by the mixture's velocity, added to that of STAR."""
-    n = cells(scene)
-    for i in range(n.x):
-        for j in range(n.y):
-            for k in range(n.z):
-                x = node_of(nodes, i, j, k)
-                grid_adjoint[STAR, x] += -1.0 * gradient(grid, x, i, j, k, nodes)
+    c.grid_adjoint[STAR, x] += -1.0 * gradient(c.grid, x, index[0], index[1], index[2], c.nodes)
 
 
 @ti.func
-def meet_all_adjoint(
-    grid: ti.template(), grid_adjoint: ti.template(), window: ti.template(), flow_adjoint: ti.template(),
-    nodes: ti.template(), scene: ti.template(), dt, s, w,
-):  # fmt: skip
-    """Adjoint of `meet_all`: those of the robot's rows in ROBOT, of the water's velocity in STAR and of the pressure of
-    the last substep in SCALAR, which begins at zero."""
-    n = cells(scene)
-    for d in range(3):
-        step = chosen(d, nodes.sx, nodes.sy, 1)
-        for i in range(window[s, w, 0], window[s, w, 3]):
-            for j in range(window[s, w, 1], window[s, w, 4]):
-                for k in range(window[s, w, 2], window[s, w, 5]):
-                    x = i * nodes.sx + j * nodes.sy + k
-                    q, row = grid[ROBOT + d, x], zero_lanes()
-                    a, b, c = i - WALL_NODES, j - WALL_NODES, k - WALL_NODES
-                    if q[1] > 0.0:
-                        v_adjoint = grid_adjoint[ROBOT + d, x][0]
-                        if inside(a, b, c, n, d):
-                            mixture = grid[SCALAR, x - step][0] - grid[SCALAR, x][0]
-                            # STAR holds the sum of the adjoints of the water's and of the mixture's velocity
-                            whole = dot(grid_adjoint[STAR, x], unit(d))
-                            row, star, lift = meeting_adjoint(
-                                q, dot(grid[STAR, x], unit(d)), pull(grid, x, scene, nodes, d), dt, v_adjoint,
-                                whole - mixture, mixture, scene,
-                            )  # fmt: skip
-                            grid_adjoint[STAR, x] += (star - whole) * unit(d)
-                            grid_adjoint[SCALAR, x] += only(lift, 0)
-                            grid_adjoint[SCALAR, x - step] += only(0.0 - lift, 0)
-                        elif not on_wall(a, b, c, n, d):
-                            # divided twice, as the square of a mass below 1e-23 kg is 0 in float32
-                            row = ti.Vector([v_adjoint / q[1], (0.0 - v_adjoint) * q[0] / q[1] / q[1], 0.0, 0.0])
-                    grid_adjoint[ROBOT + d, x] = row
+def clear_scalar_adjoint(c: ti.template(), x, index: ti.template()):
+    """Zero the adjoint of SCALAR."""
+    c.grid_adjoint[SCALAR, x] = zero_lanes()
+
+
+@ti.func
+def meet_adjoint(c: ti.template(), d, x, index: ti.template()):
+    """Adjoint of `meet`: those of the robot's rows in ROBOT, of the water's velocity in STAR and of the pressure of the
+    last substep in SCALAR, which begins at zero."""
+    q, row = c.grid[ROBOT + d, x], zero_lanes()
+    if q[1] > 0.0:
+        v_adjoint = c.grid_adjoint[ROBOT + d, x][0]
+        if inside(c, index, d):
+            before = x - stride(c, d)
+            mixture = c.grid[SCALAR, before][0] - c.grid[SCALAR, x][0]
+            # STAR holds the sum of the adjoints of the water's and of the mixture's velocity
+            whole, u = dot(c.grid_adjoint[STAR, x], unit(d)), dot(c.grid[STAR, x], unit(d))
+            row, star, lift = meeting_adjoint(c, q, u, pull(c, x, d), v_adjoint, whole - mixture, mixture)
+            c.grid_adjoint[STAR, x] += (star - whole) * unit(d)
+            c.grid_adjoint[SCALAR, x] += only(lift, 0)
+            c.grid_adjoint[SCALAR, before] += only(0.0 - lift, 0)
+        elif not on_wall(c, index, d):
+            # divided twice, as the square of a mass below 1e-23 kg is 0 in float32
+            row = ti.Vector([v_adjoint / q[1], (0.0 - v_adjoint) * q[0] / q[1] / q[1], 0.0, 0.0])
+    c.grid_adjoint[ROBOT + d, x] = row
+
+
+@ti.func
+def store_flow_adjoint(c: ti.template(), x, index: ti.template()):
+    """The adjoint of the water at slot s."""
+    total = spatial(c.grid_adjoint[WATER, x]) + only(c.grid_adjoint[SCALAR, x][0], 3)
+    c.flow_adjoint[0, c.w, place_in(c, index)] = total
 
 
 @ti.kernel
@@ -291,33 +295,30 @@ def reverse_immersed(
     ti.loop_config(serialize=True)
     for w in range(state.shape[1]):
         scene = scene_constants(constants, GridWater)
-        nodes, dt, n = arena(scene), dts[w], cells(scene)
+        nodes, dt = arena(scene), dts[w]
         for back in range(plan[w, 1]):
             s = plan[w, 0] + plan[w, 1] - 1 - back
             t = s + 1
+            c = Context(
+                variant, state=state, window=window, flow=flow, body=body, grid=grid, scene=scene, nodes=nodes, dt=dt,
+                w=w, s=s, t=t, grid_adjoint=grid_adjoint, adjoint=adjoint, flow_adjoint=flow_adjoint,
+                body_adjoint=body_adjoint,
+            )  # fmt: skip
             load_flow(flow, grid, scene, s, w)
             advect(grid, scene, dt)
-            meet_robot(state, window, body, grid, nodes, scene, dt, s, w, variant)
+            meet_robot(c)
             # from here on STAR stays as advection left it: the meeting is taken back from there
-            load_pressure(flow, grid, nodes, scene, dt, t, w)
-            press_robot(grid, window, nodes, scene, s, w, False)
-            clear_faces(grid_adjoint, window, nodes, s, w)
+            each_cell(c, load_pressure)
+            each_face(c, press_robot)
+            each_face(c, clear_face_adjoint)
             for p in range(state.shape[2]):
-                from_faces_adjoint(state, adjoint, grid, grid_adjoint, nodes, scene, dt, s, t, w, p, variant)
-            press_adjoint(grid, grid_adjoint, window, flow_adjoint, nodes, scene, dt, s, w)
+                from_faces_adjoint(c, p)
+            press_adjoint(c)
             solve(grid, modes, scene)
-            mixture_adjoint(grid, grid_adjoint, nodes, scene)
-            for i in range(n.x):
-                for j in range(n.y):
-                    for k in range(n.z):
-                        grid_adjoint[SCALAR, node_of(nodes, i, j, k)] = zero_lanes()
-            meet_all_adjoint(grid, grid_adjoint, window, flow_adjoint, nodes, scene, dt, s, w)
+            each_cell(c, mixture_adjoint)
+            each_cell(c, clear_scalar_adjoint)
+            each_face(c, meet_adjoint)
             for p in range(state.shape[2]):
-                to_faces_adjoint(state, body, adjoint, body_adjoint, grid_adjoint, nodes, scene, dt, s, w, p, variant)
+                to_faces_adjoint(c, p)
             advect_adjoint(grid, grid_adjoint, scene, dt)
-            for i in range(n.x):
-                for j in range(n.y):
-                    for k in range(n.z):
-                        x = node_of(nodes, i, j, k)
-                        total = spatial(grid_adjoint[WATER, x]) + only(grid_adjoint[SCALAR, x][0], 3)
-                        flow_adjoint[0, w, (i * n.y + j) * n.z + k] = total
+            each_cell(c, store_flow_adjoint)
