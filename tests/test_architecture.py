@@ -149,18 +149,29 @@ def test_libraries_stay_where_they_belong() -> None:
     assert not wrong
 
 
+def defined_in(path: Path) -> Iterator[str]:
+    """Public functions and constants of a module."""
+    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+        targets = [node.target] if isinstance(node, ast.AnnAssign) else getattr(node, "targets", [])
+        named = [part.id for target in targets for part in ast.walk(target) if isinstance(part, ast.Name)]
+        named += [node.name] if isinstance(node, ast.FunctionDef) else []
+        yield from (name for name in named if not name.startswith("_"))
+
+
 def test_one_name_means_one_thing() -> None:
-    """Public classes have names of their own, and so have modules, but for commands and laws: those are named by
-    subject."""
+    """Public classes have names of their own, and so have functions and constants of kernels. So have modules, but for
+    commands and laws: those are named by subject."""
     classes = Counter(
         node.name
         for path in FILES
         for node in ast.parse(path.read_text(encoding="utf-8")).body
         if isinstance(node, ast.ClassDef) and not node.name.startswith("_")
     )
+    kernels = Counter(name for path in FILES if module_of(path).startswith("sim.kernels") for name in defined_in(path))
     by_subject = ("cli.", "sim.model.laws.", "sim.kernels.laws.")
     modules = Counter(path.stem for path in FILES if not module_of(path).startswith(by_subject))
     assert not [name for name, count in classes.items() if count > 1]
+    assert not [name for name, count in kernels.items() if count > 1 and name not in ("LAW", "each_node")]
     assert not [name for name, count in modules.items() if count > 1 and name not in SHARED_NAMES]
 
 

@@ -12,7 +12,7 @@ from tests.sim import scenes
 from tests.sim.test_adjoint import Probe
 from zoobench.arrays import Array
 from zoobench.sim.kernels.laws.law import Law, linear_kappa
-from zoobench.sim.kernels.symmetric import cofactors, invariants, trace, unit
+from zoobench.sim.kernels.symmetric import cofactors, invariants, trace_of, unit
 from zoobench.sim.model.laws.medium import SolidMedium
 from zoobench.sim.model.rollout import Gradient
 from zoobench.sim.model.scene import Effect, MediumBed, Scene
@@ -79,7 +79,7 @@ def gel_update_adjoint(
     trial, history, b_adjoint, after_adjoint, tau_adjoint, medium: ti.template(), law: ti.template()
 ):
     """Adjoint of `gel_update`."""
-    by_growth = 0.5 * medium.lam * trace(tau_adjoint)
+    by_growth = 0.5 * medium.lam * trace_of(tau_adjoint)
     return b_adjoint + medium.mu * tau_adjoint + by_growth * cofactors(trial), after_adjoint
 
 

@@ -37,9 +37,9 @@ class RestFrameLauncher(Launcher):
                 "A robot in its rest frame (robot=lagrangian) is simulated on one thread. Leave parallel out."
             )
         super().__init__(scene, fidelity, worlds, real, device, parallel)
-        self._advance = Launch(rest_frame.advance, optimised=True)
-        self._reverse = Launch(rest_frame_adjoint.reverse, optimised=True)
-        self._survey = Launch(rest_frame.survey, optimised=True)
+        self._advance = Launch(rest_frame.advance_rest_frame, optimised=True)
+        self._reverse = Launch(rest_frame_adjoint.reverse_rest_frame, optimised=True)
+        self._survey = Launch(rest_frame.survey_rest_frame, optimised=True)
         self._rest = RestCells.of(scene.robot, fidelity)
         self._tables = self._tensors(self._rest)
 
@@ -112,8 +112,8 @@ class RestFrameLauncher(Launcher):
         self._room = lazy_zeros((nodes,), self._real, self._device), self._wide(np.zeros((count, 6, LANES)))
         return (
             *(torch.as_tensor(each) for each in (cells.nodes, cells.particles, cells.shape)),
-            self._wide(cells.slopes.reshape(shapes, 3 * LANES, LANES)), self._wide(turned), self._wide(cells.masses),
-            self._wide(cells.weights), room, lazy_zeros((nodes,), self._real, self._device),
+            self._wide(cells.slopes.reshape(shapes, 3 * LANES, LANES)), self._wide(turned),
+            self._wide(cells.masses), self._wide(cells.weights), room, lazy_zeros((nodes,), self._real, self._device),
         )  # fmt: skip
 
     def _wide(self, values: Array) -> Tensor:

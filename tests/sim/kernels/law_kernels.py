@@ -19,8 +19,8 @@ from zoobench.sim.kernels.power_series import (
 from zoobench.sim.kernels.symmetric import (
     both_products,
     cofactors,
-    contract,
     deviator,
+    double_dot,
     eigen_symmetric,
     invariants,
     sinhc,
@@ -144,7 +144,7 @@ def symmetric_all(
         cofs[p] = cofactors(a[p])
         deviators[p] = deviator(a[p])
         numbers[p] = invariants(a[p])
-        contractions[p] = contract(a[p], b[p])
+        contractions[p] = double_dot(a[p], b[p])
 
 
 SERIES = {"logarithm": HALF_LOGARITHM, "root": ROOT, "exponential": EXPONENTIAL}

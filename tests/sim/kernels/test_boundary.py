@@ -16,8 +16,8 @@ from zoobench.sim.kernels.boundary import (
     WALL_NODES,
     contact,
     contact_adjoint,
-    press,
-    press_adjoint,
+    wall_pressure,
+    wall_pressure_adjoint,
 )
 from zoobench.sim.kernels.context import Context
 from zoobench.sim.model.ground_skin import SKIN
@@ -108,9 +108,9 @@ def test_tight_walls_leave_the_velocity_behind_them_to_press() -> None:
 def _press(given: Rows, adjoint: Rows, after: Rows, back: Rows):
     for p in range(given.shape[0]):
         q, up = given[p], adjoint[p]
-        behind, before = press(q[0], q[1], q[2], q[3])
+        behind, before = wall_pressure(q[0], q[1], q[2], q[3])
         after[p] = ti.Vector([behind, before, 0.0, 0.0])
-        back[p] = press_adjoint(q[0], behind, before, q[2], q[3], up[0], up[1])
+        back[p] = wall_pressure_adjoint(q[0], behind, before, q[2], q[3], up[0], up[1])
 
 
 def _pressed(given: np.ndarray, adjoint: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -12,7 +12,7 @@ from zoobench.sim.kernels.array_types import Rows, Scalars
 from zoobench.sim.kernels.boundary import PLANE, TERRAIN, WALL_NODES
 from zoobench.sim.kernels.context import Context
 from zoobench.sim.kernels.layout import CONSTANTS, scene_constants
-from zoobench.sim.kernels.skin_contact import ground_below, layer_force, rub, rub_adjoint
+from zoobench.sim.kernels.skin_contact import coulomb_friction, coulomb_friction_adjoint, ground_below, layer_force
 from zoobench.sim.model.ground_skin import SKIN
 
 H = scenes.SPACING
@@ -89,8 +89,8 @@ def _rub_all(v: Rows, a: Rows, up: Rows, after: Rows, by_v: Rows, by_a: Rows, fr
             ti.Vector([a[p][0], a[p][1], a[p][2]]),
             ti.Vector([up[p][0], up[p][1], up[p][2]]),
         )
-        u = rub(speed, push, friction)
-        first, second = rub_adjoint(speed, push, adjoint, friction)
+        u = coulomb_friction(speed, push, friction)
+        first, second = coulomb_friction_adjoint(speed, push, adjoint, friction)
         after[p] = ti.Vector([u[0], u[1], u[2], 0.0])
         by_v[p] = ti.Vector([first[0], first[1], first[2], 0.0])
         by_a[p] = ti.Vector([second[0], second[1], second[2], 0.0])

@@ -15,7 +15,14 @@ from tests.sim.test_adjoint import GROUPS, Probe
 from zoobench.sim.kernels.array_types import Rows, Scalars
 from zoobench.sim.kernels.boundary import WALL_NODES
 from zoobench.sim.kernels.context import Around, Field
-from zoobench.sim.kernels.laws.water import LAW, density_factor, room, room_adjoint, water_ratio, water_ratio_adjoint
+from zoobench.sim.kernels.laws.water import (
+    LAW,
+    density_factor,
+    free_fraction,
+    free_fraction_adjoint,
+    water_ratio,
+    water_ratio_adjoint,
+)
 from zoobench.sim.kernels.layout import MOMENTUM, VELOCITY, scene_constants
 from zoobench.sim.kernels.splines import CUBIC, QUADRATIC, stencil, weight_derivatives, weights
 from zoobench.sim.kernels.transfer import by_offset, gather_slopes, gather_value, scatter_value
@@ -58,14 +65,14 @@ def relative_density_all(
         at = stencil(x[p], scene, nodes, width)
         w, dw = weights(at.offset, width), weight_derivatives(at.offset, width)
         near, field = Around(at, w, dw), Field(grid, VELOCITY, nodes, 0, width)
-        whole = room(near, scene, width)
+        whole = free_fraction(near, scene, width)
         factor = density_factor(whole, scene)
         found = gather_value(field, near)[3] * factor
         rho[p] = found
         by_mass = ti.Vector([0.0, 0.0, 0.0, factor * adjoint[p]])
         scatter_value(Field(grid_adjoint, MOMENTUM, nodes, 0, width), near, by_mass)
         by_weights = by_offset(gather_slopes(field, near), by_mass)
-        x_adjoint[p] = by_weights + room_adjoint(near, whole, found, adjoint[p], scene, width)
+        x_adjoint[p] = by_weights + free_fraction_adjoint(near, whole, found, adjoint[p], scene, width)
 
 
 def _states(count: int = 3000) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -4,8 +4,8 @@ The wall planes run through the nodes `WALL_NODES` from the grid's edge: those n
 that the wall seen by matter lies at that node up to a first-order error. The ground is such a plane, or a height field:
 then every node at or below the field is constrained along the field's normal, exact to the nearest node.
 
-Where there is a fluid, walls and level ground are `tight`: `press` exerts their pressure on all the nodes that a spline
-cut off by them reaches. Otherwise a fluid at rest finds no equilibrium near them, and circulates for ever.
+Where there is a fluid, walls and level ground are `tight`: `wall_pressure` acts on all the nodes that a spline cut off
+by them reaches. Otherwise a fluid at rest finds no equilibrium near them, and circulates for ever.
 
 `ground` selects at compile time: NONE, or a PLANE or TERRAIN with Coulomb friction. The terrain is given by node
 columns `[nx, nz]`: height above the grid's first node [cells], and unit normal.
@@ -95,7 +95,7 @@ def contact(c: ti.template(), v, index: ti.template(), friction, tight: ti.templ
 
     The ground constrains nodes from so many nodes below it on; 0 includes those at the ground.
 
-    Where walls are `tight`, `press` sets the normal velocity of the first nodes behind them.
+    Where walls are `tight`, `wall_pressure` sets the normal velocity of the first nodes behind them.
     """
     shape = (c.scene.nodes_x, c.scene.nodes_y, c.scene.nodes_z)
     u = v
@@ -144,7 +144,7 @@ def contact_adjoint(
 
 
 @ti.func
-def press(behind, before, mass_behind, mass_before):
+def wall_pressure(behind, before, mass_behind, mass_before):
     """Normal velocities, positive into the arena, of the nodes one behind and one before a wall after its pressure.
 
     A spline that a wall cuts off lacks the matter behind it, whose pressure would hold back the node before the wall.
@@ -163,8 +163,8 @@ def press(behind, before, mass_behind, mass_before):
 
 
 @ti.func
-def press_adjoint(behind, after_behind, after_before, mass_behind, mass_before, behind_adjoint, before_adjoint):
-    """Adjoint of `press` by (behind, before, mass_behind, mass_before), from its results.
+def wall_pressure_adjoint(behind, after_behind, after_before, mass_behind, mass_before, behind_adjoint, before_adjoint):
+    """Adjoint of `wall_pressure` by (behind, before, mass_behind, mass_before), from its results.
 
     A pair that was pressed is recognised by velocities that are exactly opposite.
     """

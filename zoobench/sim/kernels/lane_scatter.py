@@ -11,7 +11,7 @@ import taichi as ti
 from zoobench.sim.kernels.context import is_none
 from zoobench.sim.kernels.transfer import scatter
 
-LANES = 4
+NODE_LANES = 4
 """Lanes of a node."""
 
 

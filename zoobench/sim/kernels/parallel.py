@@ -11,7 +11,7 @@ from zoobench.sim.kernels.array_types import Rows, Scalars
 from zoobench.sim.kernels.boundary import behind_wall
 from zoobench.sim.kernels.context import Context
 from zoobench.sim.kernels.flip import divide_node, divide_node_adjoint
-from zoobench.sim.kernels.lane_scatter import LANES
+from zoobench.sim.kernels.lane_scatter import NODE_LANES
 from zoobench.sim.kernels.layout import V, X, box, scene_constants
 from zoobench.sim.kernels.skin_contact import push, push_adjoint
 from zoobench.sim.kernels.splines import stencil
@@ -38,7 +38,7 @@ def capacity(state: ti.template(), grid: ti.template(), variant: ti.template()):
 
 
 @ti.func
-def slab(c: ti.template(), room):
+def world_slab(c: ti.template(), room):
     """The nodes in the present window of a world, at the beginning of its own part of the grid; see `layout.box`."""
     nodes = box(c.window, 0, c.w)
     origin = nodes.origin + layers(c.variant) * c.w * room
@@ -65,7 +65,7 @@ def index_of(c: ti.template(), n):
 
 
 @ti.func
-def each_node(worlds: ti.template(), visit: ti.template(), stride):
+def each_world_node(worlds: ti.template(), visit: ti.template(), stride):
     """Visit the nodes of every world's window, which threads share, with their number in the grid and their index in
     the whole arena; by a loop of the kernel's own."""
     for w, thread in ti.ndrange(worlds.state.shape[1], NODE_THREADS):
@@ -73,7 +73,7 @@ def each_node(worlds: ti.template(), visit: ti.template(), stride):
         if takes_part(worlds.plan, worlds.window, w, n, room):
             scene = scene_constants(worlds.constants, worlds.variant.law)
             world = worlds.but(scene=scene, dt=worlds.dts[w], w=w, s=worlds.plan[w, 0] + n * stride)
-            nodes = slab(world, room)
+            nodes = world_slab(world, room)
             c = world.but(nodes=nodes)
             for turn in range((nodes.size - thread + NODE_THREADS - 1) // NODE_THREADS):
                 own = thread + turn * NODE_THREADS
@@ -82,7 +82,7 @@ def each_node(worlds: ti.template(), visit: ti.template(), stride):
 
 
 @ti.func
-def each_particle(worlds: ti.template(), visit: ti.template(), turns: ti.template(), stride):
+def each_world_particle(worlds: ti.template(), visit: ti.template(), turns: ti.template(), stride):
     """Visit every particle of every world so many times, at once; by a loop of the kernel's own."""
     for w, number in ti.ndrange(worlds.state.shape[1], turns * worlds.state.shape[2]):
         n, room = worlds.step[0], capacity(worlds.state, worlds.grid, worlds.variant)
@@ -90,7 +90,7 @@ def each_particle(worlds: ti.template(), visit: ti.template(), turns: ti.templat
             scene, s = scene_constants(worlds.constants, worlds.variant.law), worlds.plan[w, 0] + n * stride
             t = s + stride
             world = worlds.but(scene=scene, dt=worlds.dts[w], w=w, s=s, t=t)
-            nodes = slab(world, room)
+            nodes = world_slab(world, room)
             visit(world.but(nodes=nodes), number // turns, number % turns)
 
 
@@ -138,14 +138,14 @@ def move_node_adjoint(c: ti.template(), node, index: ti.template()):
 
 
 @ti.func
-def press_medium(c: ti.template(), node, index: ti.template()):
+def press_along_direction(c: ti.template(), node, index: ti.template()):
     """`press_along` one direction, of the medium's layer."""
     press_along(c, node + medium_layer(c), index, c.direction)
 
 
 @ti.func
-def press_medium_adjoint(c: ti.template(), node, index: ti.template()):
-    """Adjoint of `press_medium`."""
+def press_along_direction_adjoint(c: ti.template(), node, index: ti.template()):
+    """Adjoint of `press_along_direction`."""
     d = ti.static(c.direction)
     if behind_wall(index[d], (c.scene.nodes_x, c.scene.nodes_y, c.scene.nodes_z)[d], d, c.variant.ground) != 0:
         m = node + medium_layer(c)
@@ -153,7 +153,7 @@ def press_medium_adjoint(c: ti.template(), node, index: ti.template()):
 
 
 @ti.func
-def move(c: ti.template(), p, _turn):
+def particle_moves(c: ti.template(), p, _turn):
     """Gather, move and deform a particle, and have it in the window of slot t."""
     at = stencil(c.state[c.s, c.w, p, X], c.scene, layer(c, p), c.variant.width)
     first = from_grid(c, p, at)
@@ -166,8 +166,8 @@ def move(c: ti.template(), p, _turn):
 
 
 @ti.func
-def move_adjoint(c: ti.template(), p, _turn):
-    """Adjoint of `move`."""
+def particle_moves_adjoint(c: ti.template(), p, _turn):
+    """Adjoint of `particle_moves`."""
     from_grid_adjoint(c, p)
 
 
@@ -183,12 +183,12 @@ def add_adjoint(c: ti.template(), p, _turn):
 @ti.func
 def velocities_of_all(worlds: ti.template(), stride):
     """The first half of a substep, up to the nodes' velocities; by loops of the kernel's own."""
-    each_node(worlds, clear_at, stride)
-    each_particle(worlds, add_lane, LANES, stride)
-    each_node(worlds, move_node, stride)
+    each_world_node(worlds, clear_at, stride)
+    each_world_particle(worlds, add_lane, NODE_LANES, stride)
+    each_world_node(worlds, move_node, stride)
     # an edge's nodes are pressed by two walls, and their threads would write each other's
     for d in ti.static(range(3 * worlds.variant.liquid)):
-        each_node(worlds.but(direction=d), press_medium, stride)
+        each_world_node(worlds.but(direction=d), press_along_direction, stride)
 
 
 @ti.kernel
@@ -217,7 +217,7 @@ def advance_parallel(
             t, margin = plan[w, 0] + (n + 1) * stride, ti.cast(takes_part(plan, boxes, w, n, room), ti.i32)
             window[t, w, d] = boxes[0, w, d] + margin
             window[t, w, 3 + d] = boxes[0, w, 3 + d] - margin
-    each_particle(worlds, move, 1, stride)
+    each_world_particle(worlds, particle_moves, 1, stride)
     for w, p in ti.ndrange(state.shape[1], state.shape[2]):
         n, room = step[0], capacity(state, grid, variant)
         if n < plan[w, 1] and not takes_part(plan, boxes, w, n, room):
@@ -242,12 +242,12 @@ def reverse_parallel(
         if step[0] < plan[w, 1]:
             boxes[0, w, d] = window[plan[w, 0] + step[0], w, d]
     velocities_of_all(worlds, 1)
-    each_node(worlds, clear_adjoint_at, 1)
-    each_particle(worlds, move_adjoint, 1, 1)
-    each_particle(worlds, scatter_contribution, LANES, 1)
+    each_world_node(worlds, clear_adjoint_at, 1)
+    each_world_particle(worlds, particle_moves_adjoint, 1, 1)
+    each_world_particle(worlds, scatter_contribution, NODE_LANES, 1)
     for d in ti.static(range(3 * variant.liquid)):
-        each_node(worlds.but(direction=d), press_medium_adjoint, 1)
-    each_node(worlds, move_node_adjoint, 1)
-    each_particle(worlds, add_adjoint, 1, 1)
+        each_world_node(worlds.but(direction=d), press_along_direction_adjoint, 1)
+    each_world_node(worlds, move_node_adjoint, 1)
+    each_world_particle(worlds, add_adjoint, 1, 1)
     for _ in range(1):
         step[0] -= 1

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 import taichi as ti
 from taichi.lang import impl
 
-from zoobench.sim.kernels.symmetric import both_products, contract, trace, unit
+from zoobench.sim.kernels.symmetric import both_products, double_dot, trace_of, unit
 
 Numbers = tuple[float, ...]
 
@@ -68,7 +68,7 @@ def series_adjoint(E, E2, inv, numbers: ti.template(), adjoint):
     for k in ti.static(range(last - 3, -1, -1)):
         before[k] = c2
         c0, c1, c2 = _horner(c0, c1, c2, inv, numbers[k])
-    q0, q1, q2 = trace(adjoint), contract(adjoint, E), contract(adjoint, E2)
+    q0, q1, q2 = trace_of(adjoint), double_dot(adjoint, E), double_dot(adjoint, E2)
     first, second, third = 0.0 * q0, 0.0 * q0, 0.0 * q0
     for k in ti.static(range(last - 2)):
         first += q2 * before[k]

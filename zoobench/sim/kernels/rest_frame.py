@@ -38,16 +38,15 @@ from zoobench.sim.kernels.layout import (
     scene_constants,
     while_compiling,
 )
-from zoobench.sim.kernels.skin_contact import ground_below, layer_force, rub
+from zoobench.sim.kernels.skin_contact import coulomb_friction, ground_below, layer_force
 from zoobench.sim.kernels.survey import largest_square
+from zoobench.sim.model.rest_cells import LANES
 
-FORCE, PUSH = 2, 3
+FORCE, LAYER_FORCE = 2, 3
 """Rows of a node beside X and V: internal force [N], and force of the ground's skin [N]."""
 
 OF_VOLUME, OF_MU, OF_LAM, OF_TENSION, OF_FIBRE = 0, 1, 2, 3, 4
 """Rows of `law`: volume [m^3], Lame parameters and tension [Pa], and three of the fibre."""
-
-LANES = 8
 
 WEAK, WEAKNESS = -2, 0.01
 """Largest number of a weak point, whose particle is as far below it, and its volume by that of the particle: enough to
@@ -95,7 +94,7 @@ def log_lanes(a):
 
 
 @ti.func
-def gather(body: ti.template(), cells: ti.template(), scene: ti.template(), w):
+def load_cells(body: ti.template(), cells: ti.template(), scene: ti.template(), w):
     """Fill `law` and `inverse` from the particles of a world."""
     for n in range(cells.inverse.shape[0]):
         cells.inverse[n] = 0.0 * scene.spacing
@@ -157,7 +156,7 @@ def spherical(law: ti.template(), c, j):
 
 
 @ti.func
-def viscous(rate: ti.template(), h: ti.template(), eta):
+def viscous_stress(rate: ti.template(), h: ti.template(), eta):
     """eta (L + L^T) with L = rate h^T."""
     flow = product_transposed(rate, h)
     return [[eta * (flow[r][k] + flow[k][r]) for k in ti.static(range(3))] for r in ti.static(range(3))]
@@ -187,7 +186,7 @@ def along_fibre(a: ti.template(), law: ti.template(), c):
 
 
 @ti.func
-def spread(target: ti.template(), s, w, row: ti.template(), cells: ti.template(), c, q: ti.template()):
+def add_to_nodes(target: ti.template(), s, w, row: ti.template(), cells: ti.template(), c, q: ti.template()):
     """Add sum q g over the particles of a cell to a row of its nodes."""
     shape = cells.shape[c]
     out = [0.0 * q[0][0] for _ in ti.static(range(3))]
@@ -230,7 +229,8 @@ def push_cell(c: ti.template(), cell):
                     force, _rate = layer_force(below.gap, c.scene)
                     given = (c.cells.law[cell, OF_VOLUME][lane] * force) * below.normal
                     for i in ti.static(range(8)):
-                        c.own_nodes[c.s, c.w, c.cells.node[cell, i], PUSH] += c.cells.weights[cell, i][lane] * given
+                        share = c.cells.weights[cell, i][lane]
+                        c.own_nodes[c.s, c.w, c.cells.node[cell, i], LAYER_FORCE] += share * given
 
 
 @ti.func
@@ -238,7 +238,7 @@ def find_forces(c: ti.template()):
     """FORCE and PUSH of all nodes of a world at slot s."""
     for n in range(c.cells.inverse.shape[0]):
         c.own_nodes[c.s, c.w, n, FORCE] = zero_lanes()
-        c.own_nodes[c.s, c.w, n, PUSH] = zero_lanes()
+        c.own_nodes[c.s, c.w, n, LAYER_FORCE] = zero_lanes()
     for cell in range(c.cells.node.shape[0]):
         deformation = slope(c.own_nodes, c.cells, c.s, c.w, cell, X)
         h, j = inverse_transposed(deformation)
@@ -246,7 +246,7 @@ def find_forces(c: ti.template()):
         p = [[iso * h[r][k] + c.cells.law[cell, OF_MU] * deformation[r][k] for k in ti.static(range(3))]
              for r in ti.static(range(3))]  # fmt: skip
         if ti.static(c.variant.damping):
-            more = product(viscous(slope(c.own_nodes, c.cells, c.s, c.w, cell, V), h, c.scene.eta), h)
+            more = product(viscous_stress(slope(c.own_nodes, c.cells, c.s, c.w, cell, V), h, c.scene.eta), h)
             for r in ti.static(range(3)):
                 for k in ti.static(range(3)):
                     p[r][k] += more[r][k]
@@ -258,7 +258,7 @@ def find_forces(c: ti.template()):
         for r in ti.static(range(3)):
             for k in ti.static(range(3)):
                 p[r][k] *= -1.0 * c.cells.law[cell, OF_VOLUME]
-        spread(c.own_nodes, c.s, c.w, FORCE, c.cells, cell, p)
+        add_to_nodes(c.own_nodes, c.s, c.w, FORCE, c.cells, cell, p)
         if ti.static(c.variant.skin):
             push_cell(c, cell)
 
@@ -267,10 +267,10 @@ def find_forces(c: ti.template()):
 def moved(c: ti.template(), n):
     """A node's velocity after the forces, before and after friction, and the change by the ground's skin."""
     inverse = c.cells.inverse[n]
-    a = c.dt * inverse * c.own_nodes[c.s, c.w, n, PUSH]
+    a = c.dt * inverse * c.own_nodes[c.s, c.w, n, LAYER_FORCE]
     gravity = ti.Vector([c.scene.g_x, c.scene.g_y, c.scene.g_z, 0.0])
     before = c.own_nodes[c.s, c.w, n, V] + c.dt * inverse * c.own_nodes[c.s, c.w, n, FORCE] + c.dt * gravity + a
-    return before, rub(before, a, c.scene.friction), a
+    return before, coulomb_friction(before, a, c.scene.friction), a
 
 
 @ti.func
@@ -294,7 +294,7 @@ def write_particles(state: ti.template(), nodes: ti.template(), cells: ti.templa
 
 
 @ti.kernel
-def advance(
+def advance_rest_frame(
     state: Rows, nodes: Rows, body: Rows, plan: Scalars, dts: Scalars, constants: Scalars, terrain: Rows, node: Scalars,
     particle: Scalars, shape: Scalars, slopes: Wide, turned: Wide, masses: Wide, weights: Wide, law: Wide,
     inverse: Scalars, stride: int, variant: ti.template(),
@@ -306,7 +306,7 @@ def advance(
         scene = scene_constants(constants)
         cells = Cells(node, particle, shape, slopes, turned, masses, weights, law, inverse)
         if plan[w, 1] > 0:
-            gather(body, cells, scene, w)
+            load_cells(body, cells, scene, w)
             for m in range(plan[w, 1]):
                 s = plan[w, 0] + m * stride
                 t = s + stride
@@ -326,7 +326,7 @@ def advance(
 
 
 @ti.kernel
-def survey(
+def survey_rest_frame(
     state: Rows, body: Rows, constants: Scalars, alive: Scalars, report: Scalars, culprit: Scalars,
     skin: ti.template(), ground_kind: ti.template(),
 ):  # fmt: skip

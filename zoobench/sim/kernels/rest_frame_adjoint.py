@@ -15,21 +15,21 @@ from zoobench.sim.kernels.elastic import SMALLEST_J
 from zoobench.sim.kernels.layout import V, X, scene_constants
 from zoobench.sim.kernels.rest_frame import (
     FORCE,
-    LANES,
+    LAYER_FORCE,
     OF_FIBRE,
     OF_LAM,
     OF_MU,
     OF_TENSION,
     OF_VOLUME,
-    PUSH,
     WEAK,
     WEAKNESS,
     Cells,
+    add_to_nodes,
     along_fibre,
-    gather,
     inverse_transposed,
     is_near,
     lanes_of,
+    load_cells,
     log_lanes,
     moved,
     place_of,
@@ -37,10 +37,10 @@ from zoobench.sim.kernels.rest_frame import (
     product_transposed,
     slope,
     spherical,
-    spread,
-    viscous,
+    viscous_stress,
 )
-from zoobench.sim.kernels.skin_contact import ground_below, layer_force, rub_adjoint
+from zoobench.sim.kernels.skin_contact import coulomb_friction_adjoint, ground_below, layer_force
+from zoobench.sim.model.rest_cells import LANES
 
 BY_VOLUME, BY_STIFFNESS, BY_TENSION, BY_FIBRE = 0, 1, 2, 3
 """Rows of `sums`, three of the fibre."""
@@ -62,23 +62,23 @@ def take_particles(adjoint: ti.template(), nodes_adjoint: ti.template(), cells: 
 
 
 @ti.func
-def move_adjoint(c: ti.template()):
+def moved_adjoint(c: ti.template()):
     """Adjoint of `rest_frame.moved` and of the step of the places, of all nodes of mass."""
     for n in range(c.cells.inverse.shape[0]):
         inverse = c.cells.inverse[n]
         if inverse > 0.0:
             before, _v, a = moved(c, n)
             given = c.nodes_adjoint[0, c.w, n, V] + c.dt * c.nodes_adjoint[0, c.w, n, X]
-            by_before, by_a = rub_adjoint(before, a, given, c.scene.friction)
+            by_before, by_a = coulomb_friction_adjoint(before, a, given, c.scene.friction)
             pushed = by_a + by_before
             c.nodes_adjoint[0, c.w, n, V] = by_before
             c.nodes_adjoint[0, c.w, n, FORCE] = c.dt * inverse * by_before
-            c.nodes_adjoint[0, c.w, n, PUSH] = c.dt * inverse * pushed
-            force, push = c.own_nodes[c.s, c.w, n, FORCE], c.own_nodes[c.s, c.w, n, PUSH]
+            c.nodes_adjoint[0, c.w, n, LAYER_FORCE] = c.dt * inverse * pushed
+            force, push = c.own_nodes[c.s, c.w, n, FORCE], c.own_nodes[c.s, c.w, n, LAYER_FORCE]
             c.inverse_adjoint[n] += c.dt * (dot(force, by_before) + dot(push, pushed))
         else:
             c.nodes_adjoint[0, c.w, n, FORCE] = zero_lanes()
-            c.nodes_adjoint[0, c.w, n, PUSH] = zero_lanes()
+            c.nodes_adjoint[0, c.w, n, LAYER_FORCE] = zero_lanes()
 
 
 @ti.func
@@ -103,7 +103,7 @@ def stress_adjoint(c: ti.template(), cell):
     by_h = [[iso * scaled[r][k] for k in ti.static(range(3))] for r in ti.static(range(3))]
     if ti.static(c.variant.damping):
         rate = slope(c.own_nodes, c.cells, c.s, c.w, cell, V)
-        damping = viscous(rate, h, c.scene.eta)
+        damping = viscous_stress(rate, h, c.scene.eta)
         inner, turned = product(damping, h), product(damping, scaled)
         by_flow = [[c.scene.eta * (by_inner[r][k] + by_inner[k][r]) for k in ti.static(range(3))]
                    for r in ti.static(range(3))]  # fmt: skip
@@ -112,7 +112,7 @@ def stress_adjoint(c: ti.template(), cell):
             for k in ti.static(range(3)):
                 stress[r][k] += inner[r][k]
                 by_h[r][k] += turned[r][k] + more[r][k]
-        spread(c.nodes_adjoint, 0, c.w, V, c.cells, cell, by_rate)
+        add_to_nodes(c.nodes_adjoint, 0, c.w, V, c.cells, cell, by_rate)
     by_log = law[cell, OF_LAM] * (by_inner[0][0] + by_inner[1][1] + by_inner[2][2])
     folded = [[by_h[0][r] * h[0][k] + by_h[1][r] * h[1][k] + by_h[2][r] * h[2][k] for k in ti.static(range(3))]
               for r in ti.static(range(3))]  # fmt: skip
@@ -136,7 +136,7 @@ def stress_adjoint(c: ti.template(), cell):
             by_volume += -1.0 * stress[r][k] * by_p[r][k]
     c.sums[cell, BY_VOLUME] += by_volume
     c.sums[cell, BY_STIFFNESS] += by_stiffness
-    spread(c.nodes_adjoint, 0, c.w, X, c.cells, cell, by_deformation)
+    add_to_nodes(c.nodes_adjoint, 0, c.w, X, c.cells, cell, by_deformation)
 
 
 @ti.func
@@ -149,7 +149,7 @@ def push_cell_adjoint(c: ti.template(), cell):
                 below = ground_below(c, place_of(c.own_nodes, c.cells, c.s, c.w, cell, lane, X))
                 if below.gap < c.scene.skin_thickness + 0.5 * c.scene.edge:
                     force, rate = layer_force(below.gap, c.scene)
-                    held = place_of(c.nodes_adjoint, c.cells, 0, c.w, cell, lane, PUSH)
+                    held = place_of(c.nodes_adjoint, c.cells, 0, c.w, cell, lane, LAYER_FORCE)
                     volume = c.cells.law[cell, OF_VOLUME][lane]
                     along = dot(below.normal, held)
                     by_normal = ti.Vector([dot(below.by_x, held), 0.0, dot(below.by_z, held), 0.0])
@@ -187,7 +187,7 @@ def give_particles(
 
 
 @ti.kernel
-def reverse(
+def reverse_rest_frame(
     state: Rows, nodes: Rows, body: Rows, plan: Scalars, dts: Scalars, constants: Scalars, terrain: Rows, node: Scalars,
     particle: Scalars, shape: Scalars, slopes: Wide, turned: Wide, masses: Wide, weights: Wide, law: Wide,
     inverse: Scalars, inverse_adjoint: Scalars, sums: Wide, adjoint: Rows, nodes_adjoint: Rows, body_adjoint: Rows,
@@ -202,7 +202,7 @@ def reverse(
         scene = scene_constants(constants)
         cells = Cells(node, particle, shape, slopes, turned, masses, weights, law, inverse)
         if plan[w, 1] > 0:
-            gather(body, cells, scene, w)
+            load_cells(body, cells, scene, w)
             take_particles(adjoint, nodes_adjoint, cells, w)
             for n in range(inverse.shape[0]):
                 inverse_adjoint[n] = 0.0 * scene.spacing
@@ -215,7 +215,7 @@ def reverse(
                     variant, own_nodes=nodes, cells=cells, scene=scene, terrain=terrain, dt=dts[w], w=w, s=s,
                     nodes_adjoint=nodes_adjoint, inverse_adjoint=inverse_adjoint, sums=sums,
                 )  # fmt: skip
-                move_adjoint(c)
+                moved_adjoint(c)
                 for cell in range(node.shape[0]):
                     stress_adjoint(c, cell)
                     if ti.static(variant.skin):

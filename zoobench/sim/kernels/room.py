@@ -7,7 +7,7 @@ import taichi as ti
 
 from zoobench.sim.kernels.boundary import TERRAIN, WALL_NODES
 
-LEAST_ROOM = 0.02
+LEAST_FREE_VOLUME = 0.02
 """Least share of a cell that counts as lying before a wall: that of the first node behind it has 1/48."""
 
 
@@ -31,32 +31,32 @@ def ground_height(terrain: ti.template(), index: ti.template(), ground: ti.templ
 
 
 @ti.func
-def room_along(place, low, count):
-    """Share of a node's cell that lies between the walls of one direction, at least `LEAST_ROOM`."""
+def free_volume_along(place, low, count):
+    """Share of a node's cell that lies between the walls of one direction, at least `LEAST_FREE_VOLUME`."""
     at = ti.cast(place, float)
-    return ti.max(LEAST_ROOM, part_before(at - low) * part_before(count - 1.0 - WALL_NODES - at))
+    return ti.max(LEAST_FREE_VOLUME, part_before(at - low) * part_before(count - 1.0 - WALL_NODES - at))
 
 
 @ti.func
-def room_around(c: ti.template(), index: ti.template()):
-    """`room_along` each direction at a node; their product is the share that lies in the arena, above the ground."""
+def free_volumes(c: ti.template(), index: ti.template()):
+    """`free_volume_along` each direction at a node; their product is what lies in the arena, above the ground."""
     low = ti.cast(WALL_NODES, float)
     return ti.Vector([
-        room_along(index[0], low, c.scene.nodes_x),
-        room_along(index[1], ground_height(c.terrain, index, c.variant.ground), c.scene.nodes_y),
-        room_along(index[2], low, c.scene.nodes_z),
+        free_volume_along(index[0], low, c.scene.nodes_x),
+        free_volume_along(index[1], ground_height(c.terrain, index, c.variant.ground), c.scene.nodes_y),
+        free_volume_along(index[2], low, c.scene.nodes_z),
     ])  # fmt: skip
 
 
 @ti.func
-def room_beside(c: ti.template(), index: ti.template(), rooms, d: ti.template(), step: ti.template()):
+def free_volume_beside(c: ti.template(), index: ti.template(), rooms, d: ti.template(), step: ti.template()):
     """Room of the next node (`step` 1) or the last one (-1) along direction d, from the `rooms` at a node."""
     there = [index[e] + ti.static(step * int(d == e)) for e in ti.static(range(3))]
     x, y, z = rooms[0], rooms[1], rooms[2]
     if ti.static(d == 0):
-        x = room_along(there[0], ti.cast(WALL_NODES, float), c.scene.nodes_x)
+        x = free_volume_along(there[0], ti.cast(WALL_NODES, float), c.scene.nodes_x)
     if ti.static(d == 1 or c.variant.ground == TERRAIN):
-        y = room_along(there[1], ground_height(c.terrain, there, c.variant.ground), c.scene.nodes_y)
+        y = free_volume_along(there[1], ground_height(c.terrain, there, c.variant.ground), c.scene.nodes_y)
     if ti.static(d == 2):
-        z = room_along(there[2], ti.cast(WALL_NODES, float), c.scene.nodes_z)
+        z = free_volume_along(there[2], ti.cast(WALL_NODES, float), c.scene.nodes_z)
     return x * y * z

@@ -16,14 +16,14 @@ from zoobench.sim.kernels.flip import divide_node, divide_node_adjoint
 from zoobench.sim.kernels.layout import KEPT, START, X, box, scene_constants
 from zoobench.sim.kernels.skin_contact import push, push_adjoint
 from zoobench.sim.kernels.sleepers import (
-    awake,
+    active_count,
+    active_particle,
+    begin_launch,
+    begin_launch_adjoint,
     begin_nodes,
     begin_nodes_adjoint,
     box_asleep,
-    lie_down,
-    lie_down_adjoint,
-    listed,
-    rise,
+    end_launch,
 )
 from zoobench.sim.kernels.splines import stencil
 from zoobench.sim.kernels.substep import (
@@ -67,12 +67,12 @@ def each_node(c: ti.template(), visit: ti.template()):
 def scatter_all(c: ti.template()):
     """Momenta of all particles at slot s."""
     begin_nodes(c)
-    last = awake(c) - 1
+    last = active_count(c) - 1
     coming = no_contribution(c.dt)
     for i in range(-1, last + 1):
         given = coming
-        p = listed(c, ti.max(i, 0))
-        coming = contribution(c, listed(c, ti.min(i + 1, last)))
+        p = active_particle(c, ti.max(i, 0))
+        coming = contribution(c, active_particle(c, ti.min(i + 1, last)))
         if i >= 0:
             to_grid(c, p, given, None)
 
@@ -132,13 +132,13 @@ def move_all(c: ti.template()):
     low_x, low_y, low_z = c.scene.nodes_x, c.scene.nodes_y, c.scene.nodes_z
     high_x, high_y, high_z = 0, 0, 0
     width = ti.static(c.variant.width)
-    last = awake(c) - 1
-    at_first = listed(c, 0)
+    last = active_count(c) - 1
+    at_first = active_particle(c, 0)
     coming = stencil(c.state[c.s, c.w, at_first, X], c.scene, layer(c, at_first), width)
     for i in range(last + 1):
         at = coming
-        p = listed(c, i)
-        following = listed(c, ti.min(i + 1, last))
+        p = active_particle(c, i)
+        following = active_particle(c, ti.min(i + 1, last))
         coming = stencil(c.state[c.s, c.w, following, X], c.scene, layer(c, following), width)
         x, y, z = from_grid(c, p, at)
         low_x, low_y, low_z = ti.min(low_x, x), ti.min(low_y, y), ti.min(low_z, z)
@@ -167,7 +167,7 @@ def advance(
             scene=scene, dt=dt, w=w,
         )  # fmt: skip
         first = layers(variant) * scene.nodes_x * scene.nodes_y * scene.nodes_z + w * keep
-        lie_down(launch)
+        begin_launch(launch)
         for n in range(plan[w, 1]):
             s = plan[w, 0] + n * stride
             t = s + stride
@@ -185,7 +185,7 @@ def advance(
             move_all(c)
             window[s, w, KEPT] = ti.cast(start > 0, ti.i32)
             window[t, w, START] = after
-        rise(launch, stride)
+        end_launch(launch, stride)
 
 
 @ti.kernel
@@ -206,9 +206,9 @@ def reverse(
             variant, state=state, window=window, body=body, plan=plan, order=order, grid=grid, terrain=terrain,
             scene=scene, dt=dt, w=w, grid_adjoint=grid_adjoint, adjoint=adjoint, body_adjoint=body_adjoint,
         )  # fmt: skip
-        count = awake(launch)
+        count = active_count(launch)
         asleep = box_asleep(launch)
-        lie_down(launch)
+        begin_launch(launch)
         for n in range(plan[w, 1]):
             s = plan[w, 0] + plan[w, 1] - 1 - n
             t = s + 1
@@ -224,12 +224,12 @@ def reverse(
             clear(grid_adjoint, 0, layers(variant) * nodes.size, variant)
             update_nodes(c)
             for i in range(count):
-                from_grid_adjoint(c, listed(c, i))
+                from_grid_adjoint(c, active_particle(c, i))
             update_nodes_adjoint(c)
             begin_nodes_adjoint(c, asleep)
             for i in range(count):
-                to_grid_adjoint(c, listed(c, i))
+                to_grid_adjoint(c, active_particle(c, i))
             if ti.static(variant.skin):
                 for p in range(scene.robot):
                     push_adjoint(c, p)
-        lie_down_adjoint(launch, asleep)
+        begin_launch_adjoint(launch, asleep)

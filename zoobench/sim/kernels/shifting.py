@@ -10,7 +10,13 @@ hydrodynamics: down the gradient of the density on the grid, and only where that
 import taichi as ti
 
 from zoobench.sim.kernels.columns import dot
-from zoobench.sim.kernels.laws.water import LEAST_ROOM, is_near_wall, node_room, surplus_density, weighted_sum
+from zoobench.sim.kernels.laws.water import (
+    LEAST_FREE_FRACTION,
+    is_near_wall,
+    node_free_fractions,
+    surplus_density,
+    weighted_sum,
+)
 from zoobench.sim.kernels.layout import MOMENTUM, VELOCITY
 from zoobench.sim.kernels.splines import pick, weight_derivatives, weight_second_derivatives, weights
 
@@ -32,9 +38,9 @@ def log_room_derivatives(at: ti.template(), scene: ti.template(), width: ti.temp
     """First and second derivatives of log(share of a particle's spline between the walls) by its place [cells]."""
     first, second = 0.0 * at.offset, 0.0 * at.offset
     if is_near_wall(at, scene, width):
-        rooms = node_room(at, scene, width)
+        rooms = node_free_fractions(at, scene, width)
         share = weighted_sum(weights(at.offset, width), rooms, width)
-        if share[0] * share[1] * share[2] > LEAST_ROOM:
+        if share[0] * share[1] * share[2] > LEAST_FREE_FRACTION:
             slope = weighted_sum(weight_derivatives(at.offset, width), rooms, width)
             bend = weighted_sum(weight_second_derivatives(at.offset, width), rooms, width)
             for d in ti.static(range(3)):

@@ -101,7 +101,7 @@ def push_adjoint(c: ti.template(), p):
 
 
 @ti.func
-def rub(v, a, friction):
+def coulomb_friction(v, a, friction):
     """Node velocity after Coulomb friction: v, in which the layer's change of velocity a is included."""
     size, u = a.norm(), v
     if friction * size > 0.0:
@@ -116,8 +116,8 @@ def rub(v, a, friction):
 
 
 @ti.func
-def rub_adjoint(v, a, u_adjoint, friction):
-    """Adjoints of `rub` by v and a."""
+def coulomb_friction_adjoint(v, a, u_adjoint, friction):
+    """Adjoints of `coulomb_friction` by v and a."""
     size = a.norm()
     v_adjoint, a_adjoint = u_adjoint, 0.0 * u_adjoint
     if friction * size > 0.0:

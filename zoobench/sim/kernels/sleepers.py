@@ -27,7 +27,7 @@ _CARRIED = (V, C, C + 1, C + 2, STRESS, STRESS + 1)
 
 
 @ti.func
-def awake(c: ti.template()):
+def active_count(c: ti.template()):
     """Number of particles of a world that substeps visit."""
     count = c.state.shape[2]
     if ti.static(c.variant.sleep):
@@ -36,7 +36,7 @@ def awake(c: ti.template()):
 
 
 @ti.func
-def listed(c: ti.template(), i):
+def active_particle(c: ti.template(), i):
     """The particle at place i of the order."""
     p = i
     if ti.static(c.variant.sleep):
@@ -45,7 +45,7 @@ def listed(c: ti.template(), i):
 
 
 @ti.func
-def slab(c: ti.template()):
+def arena_slab(c: ti.template()):
     """The box of the whole arena behind all other nodes of the grid, with two fields those of the robot."""
     sy = c.scene.nodes_z
     sx = c.scene.nodes_y * sy
@@ -56,14 +56,14 @@ def slab(c: ti.template()):
 @ti.func
 def adjoint_slab(c: ti.template()):
     """The same for the adjoints of a world, behind all other nodes of theirs."""
-    nodes = slab(c)
+    nodes = arena_slab(c)
     origin = nodes.origin - c.grid.shape[1] + c.grid_adjoint.shape[1]
     origin -= (c.state.shape[1] - 1 - c.w) * layers(c.variant) * nodes.size
     return ti.Struct(sx=nodes.sx, sy=nodes.sy, origin=origin, size=nodes.size)
 
 
 @ti.func
-def touched(c: ti.template(), first, last, s):
+def nodes_reached(c: ti.template(), first, last, s):
     """First and past-the-last node that the particles at places `first` to `last` of the order touch at slot s."""
     width = ti.static(c.variant.width)
     low_x, low_y, low_z = c.scene.nodes_x, c.scene.nodes_y, c.scene.nodes_z
@@ -79,12 +79,12 @@ def touched(c: ti.template(), first, last, s):
 
 
 @ti.func
-def lie_down(c: ti.template()):
+def begin_launch(c: ti.template()):
     """The beginning of a launch: the window of the particles awake, and the momenta of those asleep."""
     if ti.static(c.variant.sleep):
-        s, count, nodes = c.plan[c.w, 0], c.plan[c.w, 2], slab(c)
+        s, count, nodes = c.plan[c.w, 0], c.plan[c.w, 2], arena_slab(c)
         if c.plan[c.w, 1] > 0:
-            box = touched(c, 0, count, s)
+            box = nodes_reached(c, 0, count, s)
             c.window[s, c.w, 0], c.window[s, c.w, 1], c.window[s, c.w, 2] = box.x0, box.y0, box.z0
             c.window[s, c.w, 3], c.window[s, c.w, 4], c.window[s, c.w, 5] = box.x1, box.y1, box.z1
             asleep = c.but(variant=c.variant.of_medium, s=s, nodes=nodes, start=0)
@@ -105,14 +105,14 @@ def clear_slab(grid: ti.template(), nodes: ti.template(), box: ti.template(), va
 
 
 @ti.func
-def rise(c: ti.template(), stride):
+def end_launch(c: ti.template(), stride):
     """The end of a launch: the state of particles asleep at the last slot, and a window there that holds them, too."""
     if ti.static(c.variant.sleep):
         s, count = c.plan[c.w, 0], c.plan[c.w, 2]
         t = s + c.plan[c.w, 1] * stride
         if c.plan[c.w, 1] > 0:
-            box = touched(c, count, c.state.shape[2], s)
-            clear_slab(c.grid, slab(c), box, c.variant)
+            box = nodes_reached(c, count, c.state.shape[2], s)
+            clear_slab(c.grid, arena_slab(c), box, c.variant)
             c.window[t, c.w, 0] = ti.min(c.window[t, c.w, 0], box.x0)
             c.window[t, c.w, 1] = ti.min(c.window[t, c.w, 1], box.y0)
             c.window[t, c.w, 2] = ti.min(c.window[t, c.w, 2], box.z0)
@@ -129,7 +129,7 @@ def rise(c: ti.template(), stride):
 def begin_nodes(c: ti.template()):
     """Momenta before particles are scattered: of those asleep, zero elsewhere."""
     if ti.static(c.variant.sleep):
-        arena = slab(c)
+        arena = arena_slab(c)
         node = c.start
         for m in ti.static(range(layers(c.variant))):
             for i in range(c.window[c.s, c.w, 0], c.window[c.s, c.w, 3]):
@@ -154,7 +154,7 @@ def box_asleep(c: ti.template()):
     """First and past-the-last node that the particles asleep in a launch touch."""
     box = ti.Struct(x0=0, y0=0, z0=0, x1=0, y1=0, z1=0)
     if ti.static(c.variant.sleep):
-        box = touched(c, c.plan[c.w, 2], c.state.shape[2], c.plan[c.w, 0])
+        box = nodes_reached(c, c.plan[c.w, 2], c.state.shape[2], c.plan[c.w, 0])
     return box
 
 
@@ -183,13 +183,13 @@ def begin_nodes_adjoint(c: ti.template(), asleep: ti.template()):
 
 
 @ti.func
-def lie_down_adjoint(c: ti.template(), asleep: ti.template()):
-    """Adjoint of `lie_down`, after those of all substeps of the frame: adds to the adjoints of particles asleep."""
+def begin_launch_adjoint(c: ti.template(), asleep: ti.template()):
+    """Adjoint of `begin_launch`, after those of all substeps of the frame: adds to the adjoints of particles asleep."""
     if ti.static(c.variant.sleep):
         s, count = c.plan[c.w, 0], c.plan[c.w, 2]
         nodes = adjoint_slab(c)
         if c.plan[c.w, 1] > 0:
-            clear_slab(c.grid, slab(c), asleep, c.variant)
+            clear_slab(c.grid, arena_slab(c), asleep, c.variant)
         if c.plan[c.w, 1] > 0 and c.plan[c.w, 3] != 0:
             own = c.but(variant=c.variant.of_medium, s=s, nodes=nodes)
             for i in range(count, c.state.shape[2]):

@@ -8,7 +8,7 @@ velocity with gravity and contact, gather, move, deform.
 
 import taichi as ti
 
-from zoobench.sim.kernels.boundary import behind_wall, press
+from zoobench.sim.kernels.boundary import behind_wall, wall_pressure
 from zoobench.sim.kernels.columns import (
     add,
     diagonal,
@@ -24,7 +24,7 @@ from zoobench.sim.kernels.fbar import mean_rate, scatter_rate
 from zoobench.sim.kernels.flip import FLIP_SHARE, kept_affine
 from zoobench.sim.kernels.lane_scatter import is_first, spread
 from zoobench.sim.kernels.laws.media import deform_medium, medium_stress
-from zoobench.sim.kernels.laws.water import correction_share, density_factor, room
+from zoobench.sim.kernels.laws.water import correction_share, density_factor, free_fraction
 from zoobench.sim.kernels.layout import (
     BEFORE,
     MASS,
@@ -50,7 +50,7 @@ from zoobench.sim.kernels.transfer import (
     PIC,
     gather_affine,
 )
-from zoobench.sim.kernels.two_fields import grounded, layer, update_both
+from zoobench.sim.kernels.two_fields import ground_contact, layer, update_both
 
 
 @ti.func
@@ -172,7 +172,7 @@ def update_node(c: ti.template(), m, node, index: ti.template()):
         push = 0.0 * free
         if ti.static(c.variant.skin):
             push = ti.Vector([r * c.grid[PUSH, m][0], r * c.grid[PUSH, m][1], r * c.grid[PUSH, m][2]])
-        held = grounded(c, 0, free, push, index, c.scene.friction)
+        held = ground_contact(c, 0, free, push, index, c.scene.friction)
         after = ti.Vector([held[0], held[1], held[2], q[3]])
     c.grid[VELOCITY, node] = after
 
@@ -216,7 +216,7 @@ def press_along(c: ti.template(), node, index: ti.template(), d: ti.template()):
         there = 0.0 * here
         if image >= 0:
             there = c.grid[VELOCITY, image]
-        behind, before = press(normal * here[d], normal * there[d], here[3], there[3])
+        behind, before = wall_pressure(normal * here[d], normal * there[d], here[3], there[3])
         here[d] = normal * behind
         c.grid[VELOCITY, node] = here
         if image >= 0:
@@ -245,7 +245,7 @@ def from_grid(c: ti.template(), p, at: ti.template()):
         if p >= c.scene.robot:
             # slots s and t may be the same: all is read before anything is written
             J = history(c.state, c.s, c.w, p)
-            rho = total[3] * density_factor(room(near, c.scene, width), c.scene)
+            rho = total[3] * density_factor(free_fraction(near, c.scene, width), c.scene)
             mean = mean_ratio(c.field(RATIO, c.start), near, J)
             correction = correction_share(c.scene.inverse, c.dt, c.scene.medium)
             place += particle_shift(c, near, J, rho, correction)

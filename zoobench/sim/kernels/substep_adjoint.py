@@ -5,7 +5,7 @@
 
 import taichi as ti
 
-from zoobench.sim.kernels.boundary import behind_wall, contact_adjoint, press_adjoint
+from zoobench.sim.kernels.boundary import behind_wall, contact_adjoint, wall_pressure_adjoint
 from zoobench.sim.kernels.columns import (
     add,
     contract,
@@ -27,7 +27,7 @@ from zoobench.sim.kernels.fbar import mean_rate, mean_rate_adjoint, scatter_rate
 from zoobench.sim.kernels.flip import FLIP_SHARE, kept_affine_adjoint
 from zoobench.sim.kernels.lane_scatter import put_contribution, scatter_lane
 from zoobench.sim.kernels.laws.media import deform_medium_adjoint, medium_stress_adjoint
-from zoobench.sim.kernels.laws.water import correction_share, density_factor, room, room_adjoint
+from zoobench.sim.kernels.laws.water import correction_share, density_factor, free_fraction, free_fraction_adjoint
 from zoobench.sim.kernels.layout import (
     BEFORE,
     MASS,
@@ -49,7 +49,7 @@ from zoobench.sim.kernels.layout import (
     put_columns,
 )
 from zoobench.sim.kernels.shifting import particle_shift_adjoint
-from zoobench.sim.kernels.skin_contact import STOP_NODES, rub, rub_adjoint
+from zoobench.sim.kernels.skin_contact import STOP_NODES, coulomb_friction, coulomb_friction_adjoint
 from zoobench.sim.kernels.splines import INVERSE_MOMENT, stencil, weight_derivatives, weights
 from zoobench.sim.kernels.substep import has_transfer, is_robot, linear_motion, mirror_image, particle_stress
 from zoobench.sim.kernels.transfer import (
@@ -61,7 +61,7 @@ from zoobench.sim.kernels.transfer import (
     gather_value,
     scatter_adjoint,
 )
-from zoobench.sim.kernels.two_fields import free_velocity, layer, meeting, update_both_adjoint
+from zoobench.sim.kernels.two_fields import contact_impulse, free_velocity, layer, update_both_adjoint
 
 
 @ti.func
@@ -84,7 +84,7 @@ def unpressed(c: ti.template(), m, index: ti.template()):
     """Velocity of a node behind a wall before `press_node`: only gravity and the contact of two fields act on it."""
     free = free_velocity(c, c.grid[MOMENTUM, m])
     if ti.static(c.variant.two_fields):
-        free = meeting(c, m - c.nodes.size, index).u
+        free = contact_impulse(c, m - c.nodes.size, index).u
     return free
 
 
@@ -98,7 +98,7 @@ def press_along_adjoint(c: ti.template(), m, node, index: ti.template(), free, d
         there, image_stored = 0.0 * here, 0.0 * here
         if image >= 0:
             there, image_stored = c.grid[VELOCITY, image], c.grid_adjoint[MOMENTUM, image]
-        adjoints = press_adjoint(
+        adjoints = wall_pressure_adjoint(
             normal * free[d], normal * here[d], normal * there[d], mass, there[3],
             normal * stored[d], normal * image_stored[d],
         )  # fmt: skip
@@ -141,7 +141,7 @@ def from_grid_adjoint(c: ti.template(), p):
         rho, mean, J = 0.0 * c.dt, 0.0 * c.dt, history(c.state, c.s, c.w, p)
         whole, factor = 0.0 * at.offset, 0.0 * c.dt
         if ti.static(c.variant.liquid):
-            whole = room(near, c.scene, width)
+            whole = free_fraction(near, c.scene, width)
             factor = density_factor(whole, c.scene)
             rho = gather_value(c.field(VELOCITY), near)[3] * factor
             mean = mean_ratio(c.field(RATIO, c.start), near, J)
@@ -160,7 +160,7 @@ def from_grid_adjoint(c: ti.template(), p):
             add_history(c.adjoint, 0, c.w, p, J_adjoint)
             rho_adjoint += more
             mass_adjoint = rho_adjoint * factor
-            offset_adjoint += by_shift + room_adjoint(near, whole, rho, rho_adjoint, c.scene, width)
+            offset_adjoint += by_shift + free_fraction_adjoint(near, whole, rho, rho_adjoint, c.scene, width)
             if mean_adjoint != 0.0:
                 offset_adjoint += mean_ratio_adjoint(
                     c.field(RATIO, c.start), c.adjoint_of(RATIO), near, mean, mean_adjoint
@@ -221,14 +221,14 @@ def update_node_adjoint(c: ti.template(), m, node, index: ti.template()):
         if ti.static(c.variant.skin):
             pushed = ti.Vector([r * c.grid[PUSH, m][0], r * c.grid[PUSH, m][1], r * c.grid[PUSH, m][2]])
             fallen = fallen + pushed
-            rubbed = rub(fallen, pushed, c.scene.friction)
+            rubbed = coulomb_friction(fallen, pushed, c.scene.friction)
         a = r * contact_adjoint(
             c, rubbed, ti.Vector([stored[0], stored[1], stored[2]]), index, c.scene.friction, c.variant.liquid,
             STOP_NODES * c.variant.skin,
         )  # fmt: skip
         mass_adjoint = stored[3]
         if ti.static(c.variant.skin):
-            a, by_push = rub_adjoint(fallen, pushed, a, c.scene.friction)
+            a, by_push = coulomb_friction_adjoint(fallen, pushed, a, c.scene.friction)
             push_adjoint = ti.Vector([a[0] + by_push[0], a[1] + by_push[1], a[2] + by_push[2], 0.0])
             mass_adjoint -= dot(push_adjoint, pushed)
         before = ti.Vector([a[0], a[1], a[2], mass_adjoint - (a[0] * free[0] + a[1] * free[1] + a[2] * free[2])])

@@ -16,13 +16,13 @@ def unit():
 
 
 @ti.func
-def trace(a):
+def trace_of(a):
     """tr a."""
     return a[0] + a[1] + a[2]
 
 
 @ti.func
-def contract(a, b):
+def double_dot(a, b):
     """a : b, over all nine entries."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + 2.0 * (a[3] * b[3] + a[4] * b[4] + a[5] * b[5])
 
@@ -30,7 +30,7 @@ def contract(a, b):
 @ti.func
 def deviator(a):
     """a - tr(a) / 3 I."""
-    return a - trace(a) / 3.0 * unit()
+    return a - trace_of(a) / 3.0 * unit()
 
 
 @ti.func
@@ -84,7 +84,7 @@ def both_products(a, b):
 def invariants(a):
     """I1 = tr a, I2 = tr cof(a), I3 = det a."""
     cof = cofactors(a)
-    return ti.Vector([trace(a), trace(cof), a[0] * cof[0] + a[3] * cof[3] + a[4] * cof[4]])
+    return ti.Vector([trace_of(a), trace_of(cof), a[0] * cof[0] + a[3] * cof[3] + a[4] * cof[4]])
 
 
 @ti.func
@@ -112,7 +112,7 @@ def _isolated_root(a):
 def _isolated_vector(a):
     """Unit eigenvector of the eigenvalue that lies farthest from the two others; any for a multiple of I."""
     shear = deviator(a)
-    scaled = shear / ti.max(ti.sqrt(contract(shear, shear) / 6.0), SMALLEST_DEVIATOR)
+    scaled = shear / ti.max(ti.sqrt(double_dot(shear, shear) / 6.0), SMALLEST_DEVIATOR)
     # the cofactors of a matrix of rank 2 are a multiple of v v^T; its longest column
     cof = cofactors(scaled - _isolated_root(scaled) * unit())
     v = ti.Vector([cof[0], cof[3], cof[4]])
@@ -142,8 +142,8 @@ def eigen_symmetric(a):
             [v[2], -side * v[0], -v[1]],
         ]
     )
-    values = ti.Vector([contract(a, dyad(frame, 0, 0)), contract(a, dyad(frame, 1, 1)), contract(a, dyad(frame, 2, 2))])
-    coupling = contract(a, dyad(frame, 1, 2))
+    values = ti.Vector([double_dot(a, dyad(frame, k, k)) for k in ti.static(range(3))])
+    coupling = double_dot(a, dyad(frame, 1, 2))
     if coupling != 0.0:
         # t = tan of the smaller angle that annihilates it, without cancellation (Golub and Van Loan, 8.5)
         theta = (values[2] - values[1]) / (2.0 * coupling)

@@ -4,7 +4,7 @@ Every node is there twice, the medium's nodes behind the robot's (`layer`): part
 alone. At a node where the volume shares of both add up to nearly one, an inelastic impulse keeps the robot from moving
 into the medium, with Coulomb friction (Bardenhagen, Brackbill and Sulsky 2000). Where they add up to less, there is a
 gap, which a node by itself does not show: the splines of both reach over it by up to a cell. The impulse is equal and
-opposite, and never adds energy. A solid bed carries a slow robot whole, see `CARRIED`.
+opposite, and never adds energy. A solid bed carries a slow robot whole, see `PRELOAD`.
 
 The normal is the gradient of the medium's mass, by differences between neighbours: a bed is smooth on the scale of the
 grid, while the gradient of a robot of a few cells is tilted along all its edges, on which it would stick. Medium
@@ -16,10 +16,10 @@ import taichi as ti
 from zoobench.sim.kernels.boundary import WALL_NODES, contact, contact_adjoint
 from zoobench.sim.kernels.layout import MOMENTUM, PUSH, VELOCITY
 from zoobench.sim.kernels.mud_wall import most_friction, most_friction_adjoint
-from zoobench.sim.kernels.room import ground_height, room_around, room_beside
-from zoobench.sim.kernels.skin_contact import STOP_NODES, rub, rub_adjoint
+from zoobench.sim.kernels.room import free_volume_beside, free_volumes, ground_height
+from zoobench.sim.kernels.skin_contact import STOP_NODES, coulomb_friction, coulomb_friction_adjoint
 
-CLOSING, CLOSED = 0.7, 0.8
+CONTACT_FROM, CONTACT_WHOLE = 0.7, 0.8
 """Sums of the volume shares at which contact begins and is complete [-].
 
 Two planes that touch have a sum of 1 and with half a cell between them 0.6; a corner on a plane has 0.75. With higher
@@ -28,7 +28,7 @@ one of two cells 1.6, 1.9 and 2.0 times its load from 0.8, 0.7 and 0.6 on. The s
 is no softer, but creeps.
 """
 
-CARRIED = 2.0
+PRELOAD = 2.0
 """What a contact with a solid bed carries without any approach, when complete: pressure over density [m^2/s^2].
 
 The impulse takes a share of the approach, which gravity renews in every substep: alone it would let a robot sink by
@@ -74,9 +74,9 @@ def beside(c: ti.template(), index: ti.template(), rooms):
     for d in ti.static(range(3)):
         if index[d] > low[d] and index[d] < count[d] - 1 - WALL_NODES:
             if index[d] + 1 < c.window[c.window_slot, c.w, 3 + d]:
-                up[d] = 0.5 / room_beside(c, index, rooms, d, 1)
+                up[d] = 0.5 / free_volume_beside(c, index, rooms, d, 1)
             if index[d] > c.window[c.window_slot, c.w, d]:
-                down[d] = 0.5 / room_beside(c, index, rooms, d, -1)
+                down[d] = 0.5 / free_volume_beside(c, index, rooms, d, -1)
     return up, down
 
 
@@ -105,17 +105,17 @@ def mass_gradient_adjoint(c: ti.template(), m, up, down, adjoint):
 
 
 @ti.func
-def closure(total):
+def contact_fraction(total):
     """Share of a full contact at a sum of volume shares, a smooth step, and its derivative."""
-    t = ti.max(0.0, ti.min(1.0, (total - CLOSING) / (CLOSED - CLOSING)))
-    return t * t * (3.0 - 2.0 * t), 6.0 * t * (1.0 - t) / (CLOSED - CLOSING)
+    t = ti.max(0.0, ti.min(1.0, (total - CONTACT_FROM) / (CONTACT_WHOLE - CONTACT_FROM)))
+    return t * t * (3.0 - 2.0 * t), 6.0 * t * (1.0 - t) / (CONTACT_WHOLE - CONTACT_FROM)
 
 
 @ti.func
-def touched(relative, slope, share, carried, friction):
+def contact_change(relative, slope, share, preload, friction):
     """Change of the robot's velocity `relative` to the medium by their contact, for a reduced mass of one.
 
-    Of the approach, what is `carried` [m/s] is stopped whole, and of the rest a share. The tangential velocity is
+    Of the approach, what is `preload` [m/s] is stopped whole, and of the rest a share. The tangential velocity is
     stopped as far as friction times that can: it balances the forces of this very substep, so that what sticks does not
     creep. Where the medium has no slope, a share of all is stopped.
     """
@@ -126,7 +126,7 @@ def touched(relative, slope, share, carried, friction):
         normal = (-1.0 / ti.sqrt(square)) * slope  # out of the medium, as that of a ground
         away = relative.dot(normal)
         approach = ti.max(0.0 - away, 0.0)
-        stopped = share * approach + (1.0 - share) * ti.min(approach, carried)
+        stopped = share * approach + (1.0 - share) * ti.min(approach, preload)
         along = relative - away * normal
         speed, lost = along.norm(), 1.0 + 0.0 * share
         if speed > friction * stopped:
@@ -136,10 +136,10 @@ def touched(relative, slope, share, carried, friction):
 
 
 @ti.func
-def touched_adjoint(relative, slope, share, carried, friction, adjoint):
-    """Adjoint of `touched` by the relative velocity, the slope, the share and what is carried."""
+def contact_change_adjoint(relative, slope, share, preload, friction, adjoint):
+    """Adjoint of `contact_change` by the relative velocity, the slope, the share and what is carried."""
     by_relative, by_slope = (0.0 - share) * adjoint, 0.0 * adjoint
-    by_share, by_carried = 0.0 - relative.dot(adjoint), 0.0 * share
+    by_share, by_preload = 0.0 - relative.dot(adjoint), 0.0 * share
     square = slope.dot(slope)
     if square > 0.0:
         inside = FLAT * FLAT / (FLAT * FLAT + square)
@@ -147,7 +147,7 @@ def touched_adjoint(relative, slope, share, carried, friction, adjoint):
         normal = (-1.0 / ti.sqrt(square)) * slope
         away = relative.dot(normal)
         approach = ti.max(0.0 - away, 0.0)
-        whole = ti.min(approach, carried)
+        whole = ti.min(approach, preload)
         stopped = share * approach + (1.0 - share) * whole
         along = relative - away * normal
         speed, lost = along.norm(), 1.0 + 0.0 * share
@@ -165,8 +165,8 @@ def touched_adjoint(relative, slope, share, carried, friction, adjoint):
         by_normal = (outside * stopped) * adjoint - away * along_adjoint - into * relative
         by_share = inside * by_share + stopped_adjoint * (approach - whole)
         by_approach = share * stopped_adjoint
-        if approach > carried:
-            by_carried = (1.0 - share) * stopped_adjoint
+        if approach > preload:
+            by_preload = (1.0 - share) * stopped_adjoint
         else:
             by_approach = stopped_adjoint
         if away < 0.0:
@@ -174,7 +174,7 @@ def touched_adjoint(relative, slope, share, carried, friction, adjoint):
             by_normal += (0.0 - by_approach) * relative
         by_slope = (-1.0 / ti.sqrt(square)) * (by_normal - by_normal.dot(normal) * normal)
         by_slope += (-2.0 * inside * inside / (FLAT * FLAT) * by_inside) * slope
-    return by_relative, by_slope, by_share, by_carried
+    return by_relative, by_slope, by_share, by_preload
 
 
 @ti.func
@@ -187,32 +187,32 @@ def free_velocity(c: ti.template(), q):
 
 
 @ti.func
-def meeting(c: ti.template(), m, index: ti.template()):
+def contact_impulse(c: ti.template(), m, index: ti.template()):
     """Velocities of robot and medium at a node after gravity and their contact, the impulse from medium to robot, and
     what the impulse is made of."""
     q, o = c.grid[MOMENTUM, m], c.grid[MOMENTUM, m + c.nodes.size]
     v, u = free_velocity(c, q), free_velocity(c, o)
-    share, rise, reduced, carried, strength = 0.0 * c.dt, 0.0 * c.dt, 0.0 * c.dt, 0.0 * c.dt, 0.0 * c.dt
+    share, rise, reduced, preload, strength = 0.0 * c.dt, 0.0 * c.dt, 0.0 * c.dt, 0.0 * c.dt, 0.0 * c.dt
     slope, change, impulse = 0.0 * v, 0.0 * v, 0.0 * v
     room, up, down = 1.0 + 0.0 * c.dt, 0.0 * v, 0.0 * v
     if q[3] > 0.0 and o[3] > 0.0:
-        rooms = room_around(c, index)
+        rooms = free_volumes(c, index)
         room = rooms[0] * rooms[1] * rooms[2]
         total = (q[3] / c.scene.robot_full + o[3] / c.scene.medium_full) / room
-        share, rise = closure(total)
+        share, rise = contact_fraction(total)
         if share > 0.0:
             if ti.static(not c.variant.liquid):
-                strength = c.dt * CARRIED * c.scene.inverse / (CLOSED - CLOSING)
-                carried = strength * (total - CLOSING)
+                strength = c.dt * PRELOAD * c.scene.inverse / (CONTACT_WHOLE - CONTACT_FROM)
+                preload = strength * (total - CONTACT_FROM)
             up, down = beside(c, index, rooms)
             slope = mass_gradient(c, m + c.nodes.size, up, down) / c.scene.medium_full
-            change = touched(v - u, slope, share, carried, c.scene.interface_friction)
+            change = contact_change(v - u, slope, share, preload, c.scene.interface_friction)
             reduced = q[3] * o[3] / (q[3] + o[3])
             impulse = reduced * change
             v += impulse / q[3]
             u += (-1.0 / o[3]) * impulse
     return ti.Struct(
-        v=v, u=u, share=share, rise=rise, carried=carried, strength=strength, reduced=reduced, slope=slope,
+        v=v, u=u, share=share, rise=rise, preload=preload, strength=strength, reduced=reduced, slope=slope,
         change=change, impulse=impulse, room=room, up=up, down=down,
     )  # fmt: skip
 
@@ -227,27 +227,27 @@ def pushed(c: ti.template(), k: ti.template(), m, mass):
 
 
 @ti.func
-def grounded(c: ti.template(), k: ti.template(), v, push, index: ti.template(), friction):
+def ground_contact(c: ti.template(), k: ti.template(), v, push, index: ti.template(), friction):
     """Velocity of a node of layer k after the ground: a wall, or a skin that changes it by `push`, above a wall further
     down."""
     skin = ti.static(c.variant.has_skin(k))
     u = v
     if ti.static(skin):
-        u = rub(v + push, push, friction)
+        u = coulomb_friction(v + push, push, friction)
     return contact(c, u, index, friction, ti.static(c.variant.is_tight(k)), STOP_NODES * skin)
 
 
 @ti.func
-def grounded_adjoint(c: ti.template(), k: ti.template(), v, push, stored, index: ti.template(), friction):
-    """Adjoints of `grounded` by the velocity and by `push`, from that of its result."""
+def ground_contact_adjoint(c: ti.template(), k: ti.template(), v, push, stored, index: ti.template(), friction):
+    """Adjoints of `ground_contact` by the velocity and by `push`, from that of its result."""
     skin = ti.static(c.variant.has_skin(k))
     u, given = v, ti.Vector([stored[0], stored[1], stored[2]])
     if ti.static(skin):
-        u = rub(v + push, push, friction)
+        u = coulomb_friction(v + push, push, friction)
     v_adjoint = contact_adjoint(c, u, given, index, friction, ti.static(c.variant.is_tight(k)), STOP_NODES * skin)
     push_adjoint = 0.0 * v_adjoint
     if ti.static(skin):
-        v_adjoint, push_adjoint = rub_adjoint(v + push, push, v_adjoint, friction)
+        v_adjoint, push_adjoint = coulomb_friction_adjoint(v + push, push, v_adjoint, friction)
         push_adjoint += v_adjoint
     return v_adjoint, push_adjoint
 
@@ -255,7 +255,7 @@ def grounded_adjoint(c: ti.template(), k: ti.template(), v, push, stored, index:
 @ti.func
 def update_both(c: ti.template(), m, node, index: ti.template()):
     """Momenta of robot and medium at node m to velocities at `node`, with gravity, their contact, and the ground's."""
-    found = meeting(c, m, index)
+    found = contact_impulse(c, m, index)
     for k in ti.static(range(2)):
         mass, after = c.grid[MOMENTUM, m + k * c.nodes.size][3], ti.Vector([0.0, 0.0, 0.0, 0.0])
         if mass > 0.0:
@@ -266,7 +266,7 @@ def update_both(c: ti.template(), m, node, index: ti.template()):
             friction = c.scene.friction
             if ti.static(k == 1 and c.variant.slides):
                 friction, _limited = most_friction(c, free, index)
-            held = grounded(c, k, free, push, index, friction)
+            held = ground_contact(c, k, free, push, index, friction)
             after = ti.Vector([held[0], held[1], held[2], mass])
         c.grid[VELOCITY, node + k * c.nodes.size] = after
 
@@ -277,7 +277,7 @@ def update_both_adjoint(c: ti.template(), m, node, index: ti.template()):
 
     Those of the neighbours' mass are added to; so are all, which is atomic where nodes are taken at once.
     """
-    found = meeting(c, m, index)
+    found = contact_impulse(c, m, index)
     q, o = c.grid[MOMENTUM, m], c.grid[MOMENTUM, m + c.nodes.size]
     stored, other = c.grid_adjoint[MOMENTUM, node], c.grid_adjoint[MOMENTUM, node + c.nodes.size]
     v_adjoint, u_adjoint = 0.0 * found.v, 0.0 * found.u
@@ -285,14 +285,14 @@ def update_both_adjoint(c: ti.template(), m, node, index: ti.template()):
     push_adjoint = 0.0 * found.v
     if q[3] > 0.0:
         push = pushed(c, 0, m, q[3])
-        v_adjoint, push_adjoint = grounded_adjoint(c, 0, found.v, push, stored, index, c.scene.friction)
+        v_adjoint, push_adjoint = ground_contact_adjoint(c, 0, found.v, push, stored, index, c.scene.friction)
         push_adjoint /= q[3]  # of the impulse, from that of the change of velocity
         q_mass = 0.0 - push_adjoint.dot(push)
     if o[3] > 0.0:
         friction, limited = c.scene.friction, 0.0 * found.u
         if ti.static(c.variant.slides):
             friction, limited = most_friction(c, found.u, index)
-        u_adjoint, _none = grounded_adjoint(c, 1, found.u, found.u, other, index, friction)
+        u_adjoint, _none = ground_contact_adjoint(c, 1, found.u, found.u, other, index, friction)
         if ti.static(c.variant.slides):
             u_adjoint += most_friction_adjoint(c, found.u, other, friction, limited, index)
     if ti.static(c.variant.skin):
@@ -303,10 +303,10 @@ def update_both_adjoint(c: ti.template(), m, node, index: ti.template()):
         by_reduced = found.change.dot(impulse_adjoint)
         relative = free_velocity(c, q) - free_velocity(c, o)
         friction, change_adjoint = c.scene.interface_friction, found.reduced * impulse_adjoint
-        by_velocity, by_slope, by_share, by_carried = touched_adjoint(
-            relative, found.slope, found.share, found.carried, friction, change_adjoint
+        by_velocity, by_slope, by_share, by_preload = contact_change_adjoint(
+            relative, found.slope, found.share, found.preload, friction, change_adjoint
         )
-        by_total = (by_share * found.rise + by_carried * found.strength) / found.room
+        by_total = (by_share * found.rise + by_preload * found.strength) / found.room
         # reduced = q o / (q + o)
         q_part, o_part = found.reduced / q[3], found.reduced / o[3]
         q_mass += by_total / c.scene.robot_full

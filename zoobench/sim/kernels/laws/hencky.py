@@ -10,14 +10,14 @@ import taichi as ti
 
 from zoobench.sim.kernels.power_series import EXPONENTIAL, HALF_LOGARITHM, NEAR, by_precision, series, series_adjoint
 from zoobench.sim.kernels.symmetric import (
-    contract,
     deviator,
+    double_dot,
     dyad,
     eigen_symmetric,
     invariants,
     sinhc,
     square,
-    trace,
+    trace_of,
     unit,
 )
 
@@ -85,7 +85,7 @@ def hencky_update(trial, history, medium: ti.template(), law: ti.template()):
     """Elastic b, new history and Kirchhoff stress [Pa] from the trial b."""
     E = trial - unit()
     b, left, tau = trial, 0.0 * history, 0.0 * trial
-    if contract(E, E) < NEAR * NEAR:
+    if double_dot(E, E) < NEAR * NEAR:
         b, left, tau = _update_near(trial, history, medium, law)
     else:
         b, left, tau = _update_far(trial, history, medium, law)
@@ -99,7 +99,7 @@ def hencky_update_adjoint(
     """Adjoint of `hencky_update` by the trial b and the old history."""
     E = trial - unit()
     trial_adjoint, history_adjoint = 0.0 * trial, 0.0 * history
-    if contract(E, E) < NEAR * NEAR:
+    if double_dot(E, E) < NEAR * NEAR:
         trial_adjoint, history_adjoint = _update_near_adjoint(
             trial, history, b_adjoint, left_adjoint, tau_adjoint, medium, law
         )
@@ -114,7 +114,7 @@ def hencky_update_adjoint(
 def _half_logarithm(E, E2, inv):
     """Deviator and trace of the Hencky strain log(I + E) / 2."""
     c = series(inv, ti.static(by_precision(HALF_LOGARITHM)))
-    return deviator(c[1] * E + c[2] * E2), 3.0 * c[0] + c[1] * trace(E) + c[2] * trace(E2)
+    return deviator(c[1] * E + c[2] * E2), 3.0 * c[0] + c[1] * trace_of(E) + c[2] * trace_of(E2)
 
 
 @ti.func
@@ -123,7 +123,7 @@ def _update_near(trial, history, medium: ti.template(), law: ti.template()):
     E = trial - unit()
     strain, total = _half_logarithm(E, square(E), invariants(E))
     volume = total + history
-    size = ti.sqrt(contract(strain, strain))
+    size = ti.sqrt(double_dot(strain, strain))
     keep, left = radial_return(volume, size, medium, law)
     b, tau = unit(), 0.0 * trial
     if ti.static(not law.surface.is_loose_in_tension) or volume < 0.0:
@@ -147,28 +147,28 @@ def _update_near_adjoint(
     E2, inv = square(E), invariants(E)
     strain, total = _half_logarithm(E, E2, inv)
     volume = total + history
-    size = ti.sqrt(contract(strain, strain))
+    size = ti.sqrt(double_dot(strain, strain))
     keep, _ = radial_return(volume, size, medium, law)
     direct, elastic_adjoint = 0.0 * trial, 0.0 * trial
     mean, history_adjoint = 0.0 * volume, 0.0 * volume
     if ti.static(not law.surface.is_loose_in_tension) or volume < 0.0:
         _, derivative = law.surface.spherical(volume, medium)
         elastic_adjoint = 2.0 * medium.mu * tau_adjoint
-        mean = (2.0 / 3.0 * medium.mu + derivative) * trace(tau_adjoint)
+        mean = (2.0 / 3.0 * medium.mu + derivative) * trace_of(tau_adjoint)
         if keep < 1.0 or history != 0.0:
             # b = exp(2/3 volume) exp(X) with X = 2 keep strain
             X = 2.0 * keep * strain
             X2, X_inv, growth = square(X), invariants(X), ti.exp(2.0 / 3.0 * volume)
             c = series(X_inv, ti.static(by_precision(EXPONENTIAL)))
             b = growth * (c[0] * unit() + c[1] * X + c[2] * X2)
-            mean += 2.0 / 3.0 * contract(b, b_adjoint)
+            mean += 2.0 / 3.0 * double_dot(b, b_adjoint)
             elastic_adjoint += (2.0 * growth) * series_adjoint(
                 X, X2, X_inv, ti.static(by_precision(EXPONENTIAL)), b_adjoint
             )
         else:
             direct = b_adjoint
-            history_adjoint = 2.0 / 3.0 * contract(trial, b_adjoint)
-    along = contract(strain, elastic_adjoint)
+            history_adjoint = 2.0 / 3.0 * double_dot(trial, b_adjoint)
+    along = double_dot(strain, elastic_adjoint)
     keep, radial, volume_adjoint = radial_return_adjoint(volume, size, along, mean, left_adjoint, medium, law)
     strain_adjoint = deviator(keep * elastic_adjoint) - radial * strain + volume_adjoint * unit()
     E_adjoint = series_adjoint(E, E2, inv, ti.static(by_precision(HALF_LOGARITHM)), strain_adjoint)
@@ -223,9 +223,9 @@ def _update_far_adjoint(
     _, derivative = law.surface.spherical(elastic.sum(), medium)
     old, new = _exponential(strain), _exponential(elastic)
     stress_adjoint = 2.0 * medium.mu * tau_adjoint
-    elastic_adjoint = derivative * trace(tau_adjoint) + 0.0 * strain
+    elastic_adjoint = derivative * trace_of(tau_adjoint) + 0.0 * strain
     for i in ti.static(range(3)):
-        elastic_adjoint[i] += contract(2.0 * new[i] * new[i] * b_adjoint + stress_adjoint, dyad(frame, i, i))
+        elastic_adjoint[i] += double_dot(2.0 * new[i] * new[i] * b_adjoint + stress_adjoint, dyad(frame, i, i))
     shear, mean = strain - strain.sum() / 3.0, elastic_adjoint.sum() / 3.0
     _, radial, volume_adjoint = radial_return_adjoint(
         strain.sum() + history, shear.norm(), shear.dot(elastic_adjoint), mean, left_adjoint, medium, law
@@ -240,5 +240,5 @@ def _update_far_adjoint(
         rise = 2.0 * new[i] * new[j] * sinhc(elastic[i] - elastic[j])
         run = old[i] * old[j] * sinhc(strain[i] - strain[j])
         across = dyad(frame, i, j)
-        trial_adjoint += keep / run * contract(rise * b_adjoint + stress_adjoint, across) * across
+        trial_adjoint += keep / run * double_dot(rise * b_adjoint + stress_adjoint, across) * across
     return trial_adjoint, volume_adjoint

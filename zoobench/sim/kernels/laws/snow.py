@@ -10,7 +10,16 @@ import taichi as ti
 from zoobench.sim.kernels.laws.hencky import SMALLEST_SQUARE
 from zoobench.sim.kernels.laws.law import Law
 from zoobench.sim.kernels.power_series import NEAR, ROOT, by_precision, series, series_adjoint
-from zoobench.sim.kernels.symmetric import contract, deviator, dyad, eigen_symmetric, invariants, square, trace, unit
+from zoobench.sim.kernels.symmetric import (
+    deviator,
+    double_dot,
+    dyad,
+    eigen_symmetric,
+    invariants,
+    square,
+    trace_of,
+    unit,
+)
 from zoobench.sim.model.laws.snow import LARGEST_PLASTIC, SMALLEST_PLASTIC, SnowMaterial
 
 
@@ -28,9 +37,9 @@ def certainly_inside(E, medium: ti.template()):
     Eigenvalues of a symmetric 3x3 matrix are within sqrt(2/3) |dev E| of their mean.
     """
     shear = deviator(E)
-    mean, reach = 1.0 + trace(E) / 3.0, ti.sqrt(2.0 / 3.0 * contract(shear, shear))
+    mean, reach = 1.0 + trace_of(E) / 3.0, ti.sqrt(2.0 / 3.0 * double_dot(shear, shear))
     low, high = 1.0 - medium.critical_compression, 1.0 + medium.critical_stretch
-    return contract(E, E) < NEAR * NEAR and mean - reach > low * low and mean + reach < high * high
+    return double_dot(E, E) < NEAR * NEAR and mean - reach > low * low and mean + reach < high * high
 
 
 @ti.func
@@ -89,11 +98,11 @@ def _elastic_near_adjoint(trial, plastic, after_adjoint, tau_adjoint, medium: ti
     soft, J = _soft_stress(E, medium)
     plastic_adjoint = 0.0 * plastic  # while the ratio is held at a bound its derivative is zero
     if plastic > SMALLEST_PLASTIC and plastic < LARGEST_PLASTIC:
-        plastic_adjoint = after_adjoint - medium.hardening * harder * contract(tau_adjoint, soft)
+        plastic_adjoint = after_adjoint - medium.hardening * harder * double_dot(tau_adjoint, soft)
     soft_adjoint = harder * tau_adjoint
     shear_adjoint = 2.0 * medium.mu * soft_adjoint
     # J (J - 1) = J^2 - J, dJ = dJ^2 / (2 J) and d det(b) = cof(b) : db
-    growth_adjoint = medium.lam * (1.0 - 0.5 / J) * trace(soft_adjoint)
+    growth_adjoint = medium.lam * (1.0 - 0.5 / J) * trace_of(soft_adjoint)
     E2 = square(E)
     # cof(I + E) = (1 + I1 + I2) I - (1 + I1) E + E^2
     cofactor = (1.0 + inv[0] + inv[1]) * unit() - (1.0 + inv[0]) * E + E2
@@ -147,16 +156,16 @@ def _update_far_adjoint(trial, plastic, b_adjoint, new_plastic_adjoint, tau_adjo
     soft_adjoint = harder * tau_adjoint
     work = 0.0 * J
     for i in ti.static(range(3)):
-        work += contract(soft_adjoint, dyad(frame, i, i)) * soft[i]
+        work += double_dot(soft_adjoint, dyad(frame, i, i)) * soft[i]
     after_adjoint = new_plastic_adjoint - medium.hardening * work
     grown_adjoint = 0.0 * after_adjoint  # while the ratio is held at a bound its derivative is zero
     if grown > SMALLEST_PLASTIC and grown < LARGEST_PLASTIC:
         grown_adjoint = after_adjoint
-    volume_adjoint = lam * (2.0 * J - 1.0) * trace(soft_adjoint)
+    volume_adjoint = lam * (2.0 * J - 1.0) * trace_of(soft_adjoint)
     trial_adjoint = 0.0 * trial
     for i in ti.static(range(3)):
         across = dyad(frame, i, i)
-        held_adjoint = contract(2.0 * held[i] * b_adjoint + 2.0 * mu * (2.0 * held[i] - 1.0) * soft_adjoint, across)
+        held_adjoint = double_dot(2.0 * held[i] * b_adjoint + 2.0 * mu * (2.0 * held[i] - 1.0) * soft_adjoint, across)
         held_adjoint += (volume_adjoint * J - grown_adjoint * grown) / held[i]
         stretch_adjoint = grown_adjoint * grown / stretch[i]
         if stretch[i] > low and stretch[i] < high:
@@ -172,7 +181,7 @@ def _update_far_adjoint(trial, plastic, b_adjoint, new_plastic_adjoint, tau_adjo
         elif stretch[i] > low and stretch[i] < high:
             divided = 1.0
         across = dyad(frame, i, j)
-        rise = contract(both * b_adjoint + 2.0 * mu * (both - 1.0) * soft_adjoint, across)
+        rise = double_dot(both * b_adjoint + 2.0 * mu * (both - 1.0) * soft_adjoint, across)
         trial_adjoint += 2.0 * divided * rise / (stretch[i] + stretch[j]) * across
     return trial_adjoint, grown_adjoint * grown / plastic
 

@@ -22,7 +22,7 @@ from zoobench.sim.model.laws.water import LARGEST_RATIO, SMALLEST_RATIO, TOLERAT
 RESPONSE_CROSSINGS = 60.0
 """Time in which a surplus of 1 changes log J by about 1, in units of the time that sound takes through a cell [-]."""
 
-LEAST_ROOM = 0.01
+LEAST_FREE_FRACTION = 0.01
 """Share of a particle's spline between the walls below which the density is not divided by the share itself [-]."""
 
 
@@ -94,7 +94,7 @@ def water_ratio_adjoint(J, growth, rho, share, after_adjoint):
 
 
 @ti.func
-def room_at(a, width: ti.template()):
+def free_fraction_at(a, width: ti.template()):
     """Share of a node's spline that lies inside a wall, for a node `a` spacings inside it.
 
     A node on the wall has half of its spline inside. One beyond has only the tail past a distance of 1: the integral of
@@ -114,19 +114,19 @@ def room_at(a, width: ti.template()):
 
 
 @ti.func
-def room_factors(first, count, width: ti.template()):
+def free_fractions_along(first, count, width: ti.template()):
     """Share of every stencil node's spline that lies between the walls in one direction, from its first node on."""
     low = first - WALL_NODES
     high = count - 1 - WALL_NODES - first
-    return [room_at(low + i, width) + room_at(high - i, width) - 1.0 for i in ti.static(range(width))]
+    return [free_fraction_at(low + i, width) + free_fraction_at(high - i, width) - 1.0 for i in ti.static(range(width))]
 
 
 @ti.func
-def node_room(at: ti.template(), scene: ti.template(), width: ti.template()):
+def node_free_fractions(at: ti.template(), scene: ti.template(), width: ti.template()):
     """Share of the splines of the stencil's nodes that lies between the walls, by node, its lanes the directions."""
-    x = room_factors(at.at.x, scene.nodes_x, width)
-    y = room_factors(at.at.y, scene.nodes_y, width)
-    z = room_factors(at.at.z, scene.nodes_z, width)
+    x = free_fractions_along(at.at.x, scene.nodes_x, width)
+    y = free_fractions_along(at.at.y, scene.nodes_y, width)
+    z = free_fractions_along(at.at.z, scene.nodes_z, width)
     return [ti.Vector([x[i], y[i], z[i], 0.0]) for i in ti.static(range(width))]
 
 
@@ -153,29 +153,29 @@ def weighted_sum(w: ti.template(), a: ti.template(), width: ti.template()):
 
 
 @ti.func
-def room(at: ti.template(), scene: ti.template(), width: ti.template()):
+def free_fraction(at: ti.template(), scene: ti.template(), width: ti.template()):
     """Share of a particle's spline that lies between the walls, in every direction."""
     share = ti.Vector([1.0, 1.0, 1.0, 0.0])
     if is_near_wall(at, scene, width):
-        share = weighted_sum(at.w, node_room(at, scene, width), width)
+        share = weighted_sum(at.w, node_free_fractions(at, scene, width), width)
     return share
 
 
 @ti.func
 def density_factor(share, scene: ti.template()):
-    """Relative density of a particle by the mass sum w m_i around it [1/kg], with its `room`."""
-    whole = ti.max(share[0] * share[1] * share[2], LEAST_ROOM)
+    """Relative density of a particle by the mass sum w m_i around it [1/kg], with its `free_fraction`."""
+    whole = ti.max(share[0] * share[1] * share[2], LEAST_FREE_FRACTION)
     return scene.inverse * scene.inverse * scene.inverse / (scene.medium.density * whole)
 
 
 @ti.func
-def room_adjoint(at: ti.template(), share, rho, rho_adjoint, scene: ti.template(), width: ti.template()):
+def free_fraction_adjoint(at: ti.template(), share, rho, rho_adjoint, scene: ti.template(), width: ti.template()):
     """The part of the adjoint of the relative density `rho` that comes from the walls, by the offset."""
     offset_adjoint = 0.0 * share
     if is_near_wall(at, scene, width):
-        if share[0] * share[1] * share[2] > LEAST_ROOM:
+        if share[0] * share[1] * share[2] > LEAST_FREE_FRACTION:
             # d(1/room) = -room' / room^2, direction by direction
-            change = weighted_sum(at.dw, node_room(at, scene, width), width)
+            change = weighted_sum(at.dw, node_free_fractions(at, scene, width), width)
             for d in ti.static(range(3)):
                 offset_adjoint[d] = -rho_adjoint * rho * change[d] / share[d]
     return offset_adjoint

@@ -20,9 +20,9 @@ from zoobench.sim.kernels.water_grid.water_layout import (
     arena,
     cells,
     chosen,
+    direction_row,
     node_of,
     only,
-    unit,
 )
 
 UPWIND = 1.0
@@ -44,7 +44,7 @@ def load_flow(flow: ti.template(), grid: ti.template(), scene: ti.template(), s,
             for k in range(n.z):
                 grid[WATER, node_of(nodes, i, j, k)] = flow[s, w, (i * n.y + j) * n.z + k]
     for e in range(3):
-        normal, step, count = unit(e), chosen(e, nodes.sx, nodes.sy, 1), chosen(e, n.x, n.y, n.z)
+        normal, step, count = direction_row(e), chosen(e, nodes.sx, nodes.sy, 1), chosen(e, n.x, n.y, n.z)
         n_x, n_y, n_z = chosen(e, 1, n.x, n.x), chosen(e, n.y, 1, n.y), chosen(e, n.z, n.z, 1)
         for i in range(n_x):
             for j in range(n_y):
@@ -63,7 +63,7 @@ def load_flow_adjoint(grid_adjoint: ti.template(), scene: ti.template()):
     """Adjoint of the mirror images of `load_flow`: added to what they are images of."""
     nodes, n = arena(scene), cells(scene)
     for e in range(3):
-        normal, step, count = unit(e), chosen(e, nodes.sx, nodes.sy, 1), chosen(e, n.x, n.y, n.z)
+        normal, step, count = direction_row(e), chosen(e, nodes.sx, nodes.sy, 1), chosen(e, n.x, n.y, n.z)
         n_x, n_y, n_z = chosen(e, 1, n.x, n.x), chosen(e, n.y, 1, n.y), chosen(e, n.z, n.z, 1)
         for i in range(n_x):
             for j in range(n_y):
@@ -129,7 +129,7 @@ def hold_walls(grid: ti.template(), field: ti.template(), scene: ti.template()):
     """No velocity through the walls."""
     nodes, n = arena(scene), cells(scene)
     for e in range(3):
-        normal, step, count = unit(e), chosen(e, nodes.sx, nodes.sy, 1), chosen(e, n.x, n.y, n.z)
+        normal, step, count = direction_row(e), chosen(e, nodes.sx, nodes.sy, 1), chosen(e, n.x, n.y, n.z)
         n_x, n_y, n_z = chosen(e, 1, n.x, n.x), chosen(e, n.y, 1, n.y), chosen(e, n.z, n.z, 1)
         for i in range(n_x):
             for j in range(n_y):

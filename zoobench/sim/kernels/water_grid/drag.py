@@ -46,7 +46,7 @@ def lightness(q, scene: ti.template()):
 
 
 @ti.func
-def meeting(q, u, lift, dt, scene: ti.template()):
+def drag_velocities(q, u, lift, dt, scene: ti.template()):
     """Velocities (robot's, water's) at a face with mass after drag, from the robot's row q and the water's velocity u.
 
     `lift` [m/s^2] acts on the robot's excess of density over water: gravity, and the pressure's gradient over density,
@@ -63,8 +63,9 @@ def meeting(q, u, lift, dt, scene: ti.template()):
 
 
 @ti.func
-def meeting_adjoint(c: ti.template(), q, u, lift, v_adjoint, u_adjoint, mixture_adjoint):
-    """Adjoint of `meeting` by q, u and lift, from those of its velocities and of the mixture (1 - phi) u + phi v."""
+def drag_velocities_adjoint(c: ti.template(), q, u, lift, v_adjoint, u_adjoint, mixture_adjoint):
+    """Adjoint of `drag_velocities` by q, u and lift, from those of the velocities and of the mixture's,
+    (1 - phi) u + phi v."""
     share = shares(q, c.scene)
     light = lightness(q, c.scene)
     free = q[0] / q[1] + c.dt * (1.0 - light) * lift

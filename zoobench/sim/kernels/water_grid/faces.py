@@ -27,7 +27,7 @@ from zoobench.sim.kernels.splines import INVERSE_MOMENT, stencil, weight_derivat
 from zoobench.sim.kernels.substep import particle_stress
 from zoobench.sim.kernels.substep_adjoint import robot_stress_adjoint
 from zoobench.sim.kernels.transfer import gather, gather_adjoint, scatter, scatter_adjoint
-from zoobench.sim.kernels.water_grid.water_layout import MOVED, ROBOT, only, unit
+from zoobench.sim.kernels.water_grid.water_layout import MOVED, ROBOT, direction_row, only
 
 COVER = 3
 """Lane of a particle's second row of `body`: the factor of its volume by which faces count as solid."""
@@ -69,7 +69,7 @@ def to_faces(c: ti.template(), p):
     width = ti.static(c.variant.width)
     slope = affine(c, p)
     for d in range(3):
-        own = unit(d)
+        own = direction_row(d)
         at = face_stencil(c, c.state[c.s, c.w, p, X], own)
         origin = origin_row(c, p, own, slope, at.offset)
         share = weights(at.offset, width)
@@ -84,7 +84,7 @@ def from_faces(c: ti.template(), p):
     place, velocity = c.state[c.s, c.w, p, X], zero_lanes()
     rate_x, rate_y, rate_z = zero_lanes(), zero_lanes(), zero_lanes()
     for d in range(3):
-        own = unit(d)
+        own = direction_row(d)
         at = face_stencil(c, place, own)
         share = weights(at.offset, width)
         total, by_x, by_y, by_z = gather(c.field(MOVED + d), Around(at, share))
@@ -115,7 +115,7 @@ def from_faces_adjoint(c: ti.template(), p):
     v_adjoint, velocity = c.adjoint[0, c.w, p, V] + c.dt * x_adjoint, c.state[c.t, c.w, p, V]
     slope = scale(factor, rate_adjoint)
     for d in range(3):
-        own = unit(d)
+        own = direction_row(d)
         at = face_stencil(c, place, own)
         share, slopes = weights(at.offset, width), weight_derivatives(at.offset, width)
         near, by_place = Around(at, share, slopes), transposed_matvec(slope, own)
@@ -136,7 +136,7 @@ def to_faces_adjoint(c: ti.template(), p):
     x_adjoint, v_adjoint, sums = zero_lanes(), zero_lanes(), zero_lanes()
     by_x, by_y, by_z = zero_lanes(), zero_lanes(), zero_lanes()
     for d in range(3):
-        own = unit(d)
+        own = direction_row(d)
         at = face_stencil(c, c.state[c.s, c.w, p, X], own)
         origin = origin_row(c, p, own, slope, at.offset)
         share, slopes = weights(at.offset, width), weight_derivatives(at.offset, width)

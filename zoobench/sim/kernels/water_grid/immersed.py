@@ -12,7 +12,7 @@ from zoobench.sim.kernels.context import Context
 from zoobench.sim.kernels.layout import X, scene_constants
 from zoobench.sim.kernels.splines import first_node
 from zoobench.sim.kernels.water_grid.advection import advect, advect_adjoint, hold_walls, load_flow
-from zoobench.sim.kernels.water_grid.drag import meeting, meeting_adjoint
+from zoobench.sim.kernels.water_grid.drag import drag_velocities, drag_velocities_adjoint
 from zoobench.sim.kernels.water_grid.faces import from_faces, from_faces_adjoint, to_faces, to_faces_adjoint
 from zoobench.sim.kernels.water_grid.pressure import divergence, gradient, solve
 from zoobench.sim.kernels.water_grid.water_layout import (
@@ -24,9 +24,9 @@ from zoobench.sim.kernels.water_grid.water_layout import (
     arena,
     cells,
     chosen,
+    direction_row,
     node_of,
     only,
-    unit,
 )
 from zoobench.sim.model.grid_water import GridWater
 
@@ -105,8 +105,8 @@ def meet(c: ti.template(), d, x, index: ti.template()):
     q, moved = c.grid[ROBOT + d, x], zero_lanes()
     if q[1] > 0.0:
         if inside(c, index, d):
-            u = dot(c.grid[STAR, x], unit(d))
-            v, after, phi = meeting(q, u, pull(c, x, d), c.dt, c.scene)
+            u = dot(c.grid[STAR, x], direction_row(d))
+            v, after, phi = drag_velocities(q, u, pull(c, x, d), c.dt, c.scene)
             moved = ti.Vector([v, after - u, after - u + phi * (v - after), 0.0])
         elif not on_wall(c, index, d):
             moved = only(q[0] / q[1], 0)
@@ -133,7 +133,7 @@ def press_robot(c: ti.template(), d, x, index: ti.template()):
 def press_both(c: ti.template(), d, x, index: ti.template()):
     """The same, and the change of the water's velocity into STAR."""
     if c.grid[ROBOT + d, x][1] > 0.0 and inside(c, index, d):
-        c.grid[STAR, x] += c.grid[MOVED + d, x][1] * unit(d)
+        c.grid[STAR, x] += c.grid[MOVED + d, x][1] * direction_row(d)
     press_robot(c, d, x, index)
 
 
@@ -152,7 +152,7 @@ def find_window(c: ti.template()):
         count = chosen(d, c.scene.nodes_x, c.scene.nodes_y, c.scene.nodes_z)
         low, high = count, 0
         for p in range(c.state.shape[2]):
-            place = dot(c.state[c.t, c.w, p, X], unit(d)) * c.scene.inverse
+            place = dot(c.state[c.t, c.w, p, X], direction_row(d)) * c.scene.inverse
             # faces of direction d lie half a cell beside those of the others
             low = ti.min(low, first_node(place - 0.5, count, width))
             high = ti.max(high, first_node(place, count, width) + width)
@@ -221,7 +221,7 @@ def press_robot_adjoint(c: ti.template(), d, x, index: ti.template()):
 
 
 @ti.func
-def press_adjoint(c: ti.template()):
+def pressure_adjoint(c: ti.template()):
     """Adjoint of the gradients of SCALAR, to SCALAR: by the water's and the robot's velocity, and by the pressure.
 
     The adjoint of the water's new velocity also becomes that of STAR, zero on the walls.
@@ -265,9 +265,9 @@ def meet_adjoint(c: ti.template(), d, x, index: ti.template()):
             before = x - stride(c, d)
             mixture = c.grid[SCALAR, before][0] - c.grid[SCALAR, x][0]
             # STAR holds the sum of the adjoints of the water's and of the mixture's velocity
-            whole, u = dot(c.grid_adjoint[STAR, x], unit(d)), dot(c.grid[STAR, x], unit(d))
-            row, star, lift = meeting_adjoint(c, q, u, pull(c, x, d), v_adjoint, whole - mixture, mixture)
-            c.grid_adjoint[STAR, x] += (star - whole) * unit(d)
+            whole, u = dot(c.grid_adjoint[STAR, x], direction_row(d)), dot(c.grid[STAR, x], direction_row(d))
+            row, star, lift = drag_velocities_adjoint(c, q, u, pull(c, x, d), v_adjoint, whole - mixture, mixture)
+            c.grid_adjoint[STAR, x] += (star - whole) * direction_row(d)
             c.grid_adjoint[SCALAR, x] += only(lift, 0)
             c.grid_adjoint[SCALAR, before] += only(0.0 - lift, 0)
         elif not on_wall(c, index, d):
@@ -313,7 +313,7 @@ def reverse_immersed(
             each_face(c, clear_face_adjoint)
             for p in range(state.shape[2]):
                 from_faces_adjoint(c, p)
-            press_adjoint(c)
+            pressure_adjoint(c)
             solve(grid, modes, scene)
             each_cell(c, mixture_adjoint)
             each_cell(c, clear_scalar_adjoint)

@@ -41,7 +41,7 @@ def node_of(nodes: ti.template(), i, j, k):
 
 
 @ti.func
-def unit(d):
+def direction_row(d):
     """The row that is 1 in lane d and 0 elsewhere, of a direction that is known at run time.
 
     Directions are loops at run time where speed allows: unrolled, their bodies would be compiled three times.
