@@ -14,11 +14,12 @@ from zoobench.envs.profile import Profile
 from zoobench.errors import SceneError, UsageError
 from zoobench.registry import Kind
 from zoobench.sim.equilibrium import equilibrated
+from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.lattice import fill_box, particle_volume
 from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.rollout import Rollout
-from zoobench.sim.model.scene import ElasticBody, Ground, Scene
+from zoobench.sim.model.scene import Ground, Scene
 from zoobench.sim.model.standing import standing
 from zoobench.sim.model.terrain import Terrain
 from zoobench.sim.solver import Solver

@@ -8,6 +8,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from zoobench.arrays import Array
+from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.fidelity import Fidelity, Kernel, Transfer
 from zoobench.sim.model.lattice import fill_box, particle_volume
 from zoobench.sim.model.laws.clay import ClayMaterial
@@ -18,7 +19,7 @@ from zoobench.sim.model.laws.sand import SandMaterial
 from zoobench.sim.model.laws.snow import SnowMaterial
 from zoobench.sim.model.laws.water import WaterMaterial
 from zoobench.sim.model.rollout import Gradient, Rollout
-from zoobench.sim.model.scene import Effect, ElasticBody, Ground, MediumBed, Scene
+from zoobench.sim.model.scene import Effect, Ground, MediumBed, Scene
 from zoobench.sim.model.step_limits import choose_step
 from zoobench.sim.solver import BodyState, Solver
 
@@ -207,7 +208,7 @@ def actuation(solver: Solver, frames: int, seed: int = 2) -> Array:
 def path_weights(solver: Solver, frames: int, seed: int = 3) -> tuple[Array, Array]:
     """Random adjoints of the trajectory: of positions and velocities."""
     rng = np.random.default_rng(seed)
-    shape = (frames + 1, solver.worlds, solver.robot_count, 3)
+    shape = (frames + 1, solver.worlds, solver.simulation.elastic_count, 3)
     return rng.normal(size=shape), 0.1 * rng.normal(size=shape)
 
 

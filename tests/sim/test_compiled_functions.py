@@ -22,7 +22,7 @@ CODE = {
     "muscle": {"fibre_stress", "fibre_stress_adjoint"},
     "damping": {"viscous"},
     "friction": {"coulomb", "coulomb_adjoint"},
-    "contact": {"update_both", "update_both_adjoint"},
+    "contact": {"update_fields", "update_fields_adjoint"},
     "decomposition": {"eigen_symmetric"},
     "plasticity": {"hencky_update", "hencky_update_adjoint", "snow_update", "snow_update_adjoint"},
     "fluid": {"water_pressure", "shear_rate", "advect", "advect_adjoint"},

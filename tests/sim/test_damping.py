@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tests.sim import scenes
+from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.laws.elastic import ElasticMaterial
-from zoobench.sim.model.scene import ElasticBody
 from zoobench.sim.model.step_limits import isolated_particle_limit
 from zoobench.sim.solver import Solver
 

@@ -9,8 +9,9 @@ from tests.sim import scenes
 from zoobench.arrays import Array
 from zoobench.errors import UsageError
 from zoobench.sim.equilibrium import equilibrated
+from zoobench.sim.model.elastic_bodies import BodyParticles, ElasticBody
 from zoobench.sim.model.fidelity import Fidelity
-from zoobench.sim.model.scene import BodyParticles, ElasticBody, Ground, Scene
+from zoobench.sim.model.scene import Ground, Scene
 from zoobench.sim.model.terrain import Terrain
 from zoobench.sim.solver import BodyState, Solver
 

@@ -9,8 +9,9 @@ from tests.sim import scenes
 from zoobench.arrays import Array
 from zoobench.errors import SceneError, UsageError
 from zoobench.sim import runtime
+from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.rollout import Gradient, Rollout
-from zoobench.sim.model.scene import ElasticBody, Scene
+from zoobench.sim.model.scene import Scene
 from zoobench.sim.solver import BodyState, Solver
 
 

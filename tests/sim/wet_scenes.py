@@ -6,10 +6,11 @@ import numpy as np
 
 from tests.sim.scenes import NO_GRAVITY, SPACING, muscle_body, passive_block
 from zoobench.arrays import Array
+from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.grid_water import GridWater
 from zoobench.sim.model.laws.elastic import ElasticMaterial
-from zoobench.sim.model.scene import EARTH_GRAVITY, ElasticBody, Scene
+from zoobench.sim.model.scene import EARTH_GRAVITY, Scene
 from zoobench.sim.solver import Solver
 
 CELLS = (10, 8, 9)

@@ -10,8 +10,8 @@ import numpy as np
 from zoobench.arrays import Array, Mask
 from zoobench.designs.sampling import SolidSample
 from zoobench.errors import SceneError, UsageError
+from zoobench.sim.model.elastic_bodies import BodyParticles, uniform_arrays
 from zoobench.sim.model.fidelity import Fidelity
-from zoobench.sim.model.scene import BodyParticles, uniform_arrays
 
 
 @dataclass(frozen=True)

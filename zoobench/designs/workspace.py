@@ -11,8 +11,8 @@ from zoobench.designs.parts import EVERYTHING, Optimised, parts_of
 from zoobench.designs.space import DesignSpace
 from zoobench.errors import UsageError
 from zoobench.registry import Kind
+from zoobench.sim.model.elastic_bodies import uniform_arrays
 from zoobench.sim.model.fidelity import Fidelity
-from zoobench.sim.model.scene import uniform_arrays
 from zoobench.spec import Ref
 
 FEATURES = 7

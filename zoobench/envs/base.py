@@ -13,12 +13,13 @@ from zoobench.envs.hills import LEVEL, Hills
 from zoobench.envs.physics import LAND, Contact, Physics
 from zoobench.envs.profile import LEVEL_WAY, Profile
 from zoobench.errors import SceneError, UsageError
+from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.grid_water import GridWater
 from zoobench.sim.model.ground_skin import SKIN, GroundSkin
 from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.laws.water import WaterMaterial
-from zoobench.sim.model.scene import EARTH_GRAVITY, ElasticBody, Ground, MediumBed, Scene, check_material
+from zoobench.sim.model.scene import EARTH_GRAVITY, Ground, MediumBed, Scene, check_material
 from zoobench.sim.model.standing import standing
 from zoobench.sim.model.terrain import Terrain
 

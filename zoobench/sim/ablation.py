@@ -25,8 +25,10 @@ from zoobench.sim.kernels.layout import (
     X,
     box,
     columns,
+    constants_of,
+    layer,
+    layers,
     put_columns,
-    scene_constants,
     symmetric,
 )
 from zoobench.sim.kernels.serial import clear, update_nodes
@@ -34,7 +36,6 @@ from zoobench.sim.kernels.splines import stencil, weights
 from zoobench.sim.kernels.substep import is_robot, linear_motion, particle_stress, to_grid
 from zoobench.sim.kernels.symmetric import eigen_symmetric
 from zoobench.sim.kernels.transfer import AFLIP, gather_affine
-from zoobench.sim.kernels.two_fields import layer, layers
 from zoobench.sim.model.state import empty_matter
 from zoobench.sim.model.tensors import lazy_zeros
 from zoobench.sim.simulation import Simulation
@@ -111,7 +112,7 @@ def repeat_part(
     """`count` repetitions of one part in every world, from slot 0."""
     ti.loop_config(serialize=True)
     for w in range(state.shape[1]):
-        scene = scene_constants(constants, variant.law)
+        scene = constants_of(constants, variant)
         nodes, spare = box(window, 0, w), grid.shape[1] // 2
         c = Context(
             variant, state=state, window=window, window_slot=0, body=body, grid=grid, terrain=terrain, scene=scene,

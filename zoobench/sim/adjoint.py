@@ -33,7 +33,7 @@ class Adjoint:
     def __init__(self, simulation: Simulation, rollout: Rollout, tape: Tape) -> None:
         self._sim = sim = simulation
         self._rollout, self._tape = rollout, tape
-        worlds, robot = sim.worlds, sim.robot_count
+        worlds, robot = sim.worlds, sim.elastic_count
         real, device = sim.matter.x.dtype, str(sim.matter.x.device)
         healthy = np.array([world not in rollout.divergences for world in range(worlds)])
         self._counts, self._stops = rollout.counts * healthy, rollout.stops & healthy
@@ -164,7 +164,7 @@ class Adjoint:
 
     def _seed(self, seeds: Any) -> None:
         """Add to the adjoint of the robot's present state, `[worlds, robot, 2, 4]`; see `memory`."""
-        state = self._state.memory[0, :, : self._sim.robot_count, :2]
+        state = self._state.memory[0, :, : self._sim.elastic_count, :2]
         state += seeds
 
     def _look_for_fault(self, frame: int) -> None:
@@ -196,6 +196,7 @@ class Adjoint:
     def _collect(self) -> Gradient:
         sim, body = self._sim, self._rollout.body
         count, robot, rest = sim.robot_count, sim.scene.robot, self._rollout.equilibration
+        body = {name: array[:, :count] for name, array in body.items()}
 
         def array(tensor: torch.Tensor) -> np.ndarray:
             return tensor.cpu().double().numpy()
@@ -205,11 +206,11 @@ class Adjoint:
         volume = array(self._parameters.volume[:, :count]) * robot.volumes
         return Gradient(
             actuation=self._actuation[rest:],
-            stiffness=array(self._parameters.stiffness),
+            stiffness=array(self._parameters.stiffness)[:, :count],
             density_ratio=mass * body["occupancy"],
             occupancy=mass * body["density_ratio"] + volume - self._displaced(),
             by_membership=partial(_by_membership, self._tension, self._rollout, sim.scene),
-            fibres=array(self._parameters.fibre),
+            fibres=array(self._parameters.fibre)[:, :count],
             fault=self._fault,
         )
 
@@ -219,8 +220,8 @@ class Adjoint:
         The medium keeps the share of its volume that the robot's occupancy leaves (`state.medium_share`).
         """
         sim = self._sim
-        medium, count = sim.scene.medium, sim.robot_count
-        displaced = np.zeros((sim.worlds, count))
+        medium, count = sim.scene.medium, sim.elastic_count
+        displaced = np.zeros((sim.worlds, sim.robot_count))
         if medium is not None and medium.hosts is not None:
             guests = medium.hosts >= 0
             mass, volume = (
@@ -243,4 +244,4 @@ def _by_membership(tension: FloatArray, rollout: Rollout, scene: Scene) -> Array
     found = np.zeros(rollout.body["muscle_membership"].shape)
     for frame in reversed(range(rollout.frames if rollout.actuation.size else 0)):
         found += _by_activity(tension[frame], scene)[:, :, None] * rollout.actuation[frame][:, None, :]
-    return found
+    return found[:, : scene.robot.particle_count]

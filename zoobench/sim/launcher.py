@@ -59,7 +59,6 @@ class Launcher:
         self.shape = _grid_shape(scene, fidelity.grid_spacing)
         self.launches: Counter[str] = Counter()
         launch_clock.watch(self)
-        self.constants = self._list_constants()
         law = law_of(scene.medium.material) if scene.medium else None
         self.variant = Variant(
             muscle=Effect.MUSCLE in scene.effects,
@@ -73,14 +72,16 @@ class Launcher:
             medium_transfer=_TRANSFERS[medium_transfer(scene, fidelity)],
             # not where all worlds are simulated at once: the particles awake are visited in an order
             sleep=fidelity.sleep > 0.0 and law is not None and not law.is_liquid and not parallel,
-            two_fields=Effect.CONTACT in scene.effects,
+            two_fields=scene.medium is not None and scene.medium.friction is not None,
             fbar=has_fbar(scene, fidelity),
+            objects=len(scene.objects),
         )
         work = [str(effect) for effect in sorted(scene.effects)] + ["decomposition"] * self.variant.decomposed
         self._work = {way: [f"{way} {each}" for each in work] for way in ("forward", "reverse")}
+        self.constants = self._list_constants()
         if parallel and scene.water:
             raise UsageError("Water on a grid is simulated on one thread. Use the CPU, or water of particles.")
-        self._layers = 2 if self.variant.two_fields else 1
+        self._layers = self.variant.layers
         self.terrain = self._sample_terrain()
         self.fields = 1 + max(self._fields())
         self._driver = (
@@ -213,11 +214,12 @@ class Launcher:
         """Report the condition of every world, or of its robot, at slot 0 (see `survey.survey`)."""
         self.launches["survey"] += 1
         count = matter.robot if robot_only else matter.state.shape[2]
-        law, skin = self.variant.law, self.variant.skin
         if self._driver:
             self._driver.survey(matter, parameters, alive, report, culprit, count)
         else:
-            self._survey(matter.state, parameters.body, self.constants, alive, report, culprit, count, law, skin)
+            self._survey(
+                matter.state, parameters.body, self.constants, alive, report, culprit, count, self.variant.surveyed
+            )
 
     def find_sleepers(self, matter: Matter, parameters: Parameters, reach: int) -> Tensor:
         """Which particles may sleep from slot 0 on: 1 or 0 `[worlds, particles]`, until the next call."""
@@ -261,12 +263,29 @@ class Launcher:
             "spacing": self._fidelity.grid_spacing, "mu": mu, "lam": lam, "eta": scene.robot.material.viscosity,
             **dict(zip(("g_x", "g_y", "g_z"), scene.gravity, strict=True)), "friction": friction,
             **dict(zip(("nodes_x", "nodes_y", "nodes_z"), self.shape, strict=True)),
-            "robot": scene.robot.particle_count, "skin_thickness": skin.thickness, "skin_rate": skin.rate,
+            "robot": scene.elastic.particle_count, "skin_thickness": skin.thickness, "skin_rate": skin.rate,
             "edge": scene.robot_edge(self._fidelity), "interface_friction": slip,
             "robot_full": scene.robot.material.density * full, "medium_full": density * full,
         }  # fmt: skip
         listed = [given[name] for name in CONSTANTS] + ([getattr(bed, name) for name in bed.constants] if bed else [])
+        listed += self._list_object_constants(full)
         return torch.tensor(listed, dtype=self._real, device=self._device)
+
+    def _list_object_constants(self, full: float) -> list[float]:
+        """Those of objects, see `layout.object_constants`; `full` is the volume of a node in the midst of matter."""
+        scene, listed = self._scene, list[float]()
+        for each in scene.objects:
+            material = each.body.material
+            listed += [scene.slice_of(each.name).start, *material.lame, material.viscosity]
+            listed += [material.density * full, each.ground_friction]
+        frictions = [math.inf, *(each.friction for each in scene.objects)]  # the robot takes that of whom it meets
+        if scene.medium is not None and scene.objects:
+            frictions.append(math.inf)
+        for a, b in self.variant.pairs if scene.objects else ():
+            found = min(frictions[a], frictions[b])
+            own = scene.medium.friction if scene.medium else None
+            listed.append(float(own or 0.0) if found == math.inf else found)
+        return listed
 
     def _fields(self) -> set[int]:
         """The fields of the grid that the kernels use, see `layout`."""
@@ -318,7 +337,7 @@ def kept_fields(scene: Scene, fidelity: Fidelity) -> int:
         return 0
     ratio = (scene.medium is not None and scene.medium.material.is_liquid) or has_fbar(scene, fidelity)
     before = fidelity.transfer == "aflip" or (scene.medium is not None and medium_transfer(scene, fidelity) == "aflip")
-    layers = 2 if Effect.CONTACT in scene.effects else 1
+    layers = 1 + len(scene.objects) + (scene.medium is not None and scene.medium.friction is not None)
     return layers * (1 + before + has_skin(scene) + ratio)
 
 

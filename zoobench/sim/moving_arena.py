@@ -68,7 +68,7 @@ class MovingArena:
 
     def _move(self, world: int, axis: int, cells: int) -> ArenaMove:
         """A move by so many cells, and what of the bed is left behind and renewed."""
-        sim, h, first = self._sim, self._sim.fidelity.grid_spacing, self._sim.robot_count
+        sim, h, first = self._sim, self._sim.fidelity.grid_spacing, self._sim.elastic_count
         fresh, present = (
             state.state[0, world, first:, 0, axis].cpu().double().numpy() for state in (sim.start, sim.matter)
         )

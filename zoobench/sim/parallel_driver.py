@@ -38,7 +38,7 @@ class ParallelDriver:
         self, shape: tuple[int, int, int], fields: int, worlds: int, variant: Variant, constants: Tensor
     ) -> None:
         self._variant, self._constants = variant, constants
-        device, layers = constants.device, 1 + variant.two_fields
+        device, layers = constants.device, variant.layers
         numbers = min(LARGEST_ARRAY, memory_share(device.type) // constants.itemsize)
         self.room = min(math.prod(shape), numbers // (4 * fields * worlds * layers))
         self.nodes = worlds * layers * self.room
@@ -89,7 +89,7 @@ class ParallelDriver:
         if not self._found.numel():  # for all matter, as a launch with other arrays has to be prepared anew
             self._found = self._found.new_zeros((len(alive), matter.state.shape[2], _FOUND))
         arrays = (matter.state, parameters.body, self._constants, alive, self._found)
-        self._survey(*arrays, count, self._variant.law, self._variant.skin)
+        self._survey(*arrays, count, self._variant.surveyed)
         found = self._found[:, :count]
         worst, who = found[:, :, :4].max(1)  # a NaN is the largest of all to torch
         report[:, :3], report[:, 3] = worst[:, :3].clamp(min=0.0), -worst[:, 3]

@@ -27,10 +27,10 @@ class RestFrameLauncher(Launcher):
     def __init__(
         self, scene: Scene, fidelity: Fidelity, worlds: int, real: torch.dtype, device: str, parallel: bool
     ) -> None:
-        if not scene.is_bare:
+        if not scene.is_bare or scene.objects:
             raise UsageError(
                 "A robot in its rest frame (robot=lagrangian) moves on firm ground alone. Choose an environment "
-                "without a bed or water, or robot=mpm."
+                "without a bed, water or objects, or robot=mpm."
             )
         if parallel:
             raise UsageError(

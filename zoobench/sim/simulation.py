@@ -65,6 +65,7 @@ class Simulation:
         self.scene, self.fidelity, self.worlds = scene, fidelity, worlds
         self.limit, self.frame_seconds = limit, frame_seconds
         self.robot_count, self.particle_count = scene.robot.particle_count, scene.particle_count
+        self.elastic_count = scene.elastic.particle_count
         self.muscle_count = scene.robot.muscle_count if Effect.MUSCLE in scene.effects else 0
         self.meter = SubstepMeter()
         kind = Launcher if fidelity.robot == "mpm" else RestFrameLauncher
@@ -81,7 +82,7 @@ class Simulation:
         self.start = self.matter.copy_slot(0)
         if start is not None:
             self.start_at(start)
-        self.parameters = Parameters.zeros(worlds, self.robot_count, self.particle_count, self._real, device)
+        self.parameters = Parameters.zeros(worlds, self.elastic_count, self.particle_count, self._real, device)
         self.alive = torch.ones(worlds, dtype=torch.int32, device=device)
         self._alive = memory(self.alive)
         order = self.particle_count if self.launcher.variant.sleep else 0
@@ -150,7 +151,7 @@ class Simulation:
     @property
     def sleepers(self) -> int:
         """Number of the medium's particles if they may sleep, else 0."""
-        return self.particle_count - self.robot_count if self.launcher.variant.sleep else 0
+        return self.particle_count - self.elastic_count if self.launcher.variant.sleep else 0
 
     def put_to_sleep(self, asleep: NDArray[np.bool_]) -> None:
         """Have some of the medium's particles `[worlds, sleepers]` sleep in the launches to come."""
@@ -186,7 +187,7 @@ class Simulation:
 
     def set_body(self, arrays: dict[str, Array]) -> None:
         """Give the particles mass, volume, stiffness and fibres from a design's complete arrays."""
-        robot, medium, count = self.scene.robot, self.scene.medium, self.robot_count
+        robot, medium, count = self.scene.elastic, self.scene.medium, self.elastic_count
         # occupancy scales mass and volume together: an absent particle has neither inertia nor stress
         volume = arrays["occupancy"] * robot.volumes
         mass = volume * arrays["density_ratio"] * robot.material.density
@@ -255,11 +256,14 @@ class Simulation:
             places[...], velocities[...] = rows[:, :, 0, :3] + origin, rows[:, :, 1, :3]
         else:
             there = torch.as_tensor(origin, device=self._device)
-            fetch(places, self.matter.x[0, :, : self.robot_count] + there)
-            fetch(velocities, self.matter.v[0, :, : self.robot_count])
+            fetch(places, self.matter.x[0, :, : self.elastic_count] + there)
+            fetch(velocities, self.matter.v[0, :, : self.elastic_count])
         if self.scene.follows and self.fidelity.robot != "mpm":
             # no grid has to go with it, but what is drawn around the robot does, by whole cells
-            h, moved = self.fidelity.grid_spacing, places.mean(1) - self.scene.robot.positions.mean(0)
+            h, moved = (
+                self.fidelity.grid_spacing,
+                places[:, : self.robot_count].mean(1) - self.scene.robot.positions.mean(0),
+            )
             self.offsets[:, ::2] = h * np.round(moved[:, ::2] / h)
         rollout.offsets[frame] = self.offsets
 

@@ -27,5 +27,5 @@ def choose_sleepers(simulation: Simulation) -> NDArray[np.bool_]:
     if not simulation.sleepers:
         return np.zeros((simulation.worlds, 0), np.bool_)
     found = simulation.launcher.find_sleepers(simulation.matter, simulation.parameters, REACH)
-    asleep: NDArray[np.bool_] = found.numpy()[:, simulation.robot_count :] > 0
+    asleep: NDArray[np.bool_] = found.numpy()[:, simulation.elastic_count :] > 0
     return asleep

@@ -305,13 +305,14 @@ class Solver:
 
     def _new_rollout(self, actuation: FloatArray, arrays: dict[str, Array], equilibration: int = 0) -> Rollout:
         frames = len(actuation)
-        shape = (frames + 1, self.worlds, self.robot_count, 3)
+        elastic = self.simulation.elastic_count
+        shape = (frames + 1, self.worlds, elastic, 3)
         kind = runtime.host_real(self.matter.x.dtype)
         return Rollout(
             positions=np.zeros(shape, kind),
             velocities=np.zeros(shape, kind),
             actuation=actuation.copy(),
-            tension=np.zeros((frames, self.worlds, self.robot_count), kind),
+            tension=np.zeros((frames, self.worlds, elastic), kind),
             muscle_potential=np.zeros((frames + 1, self.worlds, self.muscle_count)),
             body=arrays,
             divergences={},
@@ -363,6 +364,6 @@ def episode_memory(scene: Scene, fidelity: Fidelity, frames: int, substeps: int)
 def _trajectory_bytes(scene: Scene, fidelity: Fidelity, frames: int) -> int:
     """Memory of the trajectory of one world, of its adjoints in double precision, of tensions with theirs, and of what
     slept [bytes]."""
-    number, per_particle = fidelity.precision // 8, (frames + 1) * scene.robot.particle_count
+    number, per_particle = fidelity.precision // 8, (frames + 1) * scene.elastic.particle_count
     trajectory = per_particle * (2 * 3 * (number + 8) + 2 * number)
     return trajectory + (frames * scene.particle_count if fidelity.sleep else 0)

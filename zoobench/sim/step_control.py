@@ -210,10 +210,11 @@ class StepControl:
 
     def _growths(self) -> Callable[[int], tuple[float, int]]:
         """`Neighbours.growth` of a world in its present state; on a GPU it is found there, of all worlds."""
-        sim, present = self._sim, self._rollout.body["occupancy"] > 0.5
+        sim, count = self._sim, self._sim.robot_count
+        present = self._rollout.body["occupancy"][:, :count] > 0.5
         if not sim.matter.state.is_cpu:
-            return sim.neighbours.growths(sim.matter.x[0, :, : sim.robot_count], present).__getitem__
-        places = sim.matter.robot_rows(0, 1)[:, :, 0, :3]
+            return sim.neighbours.growths(sim.matter.x[0, :, :count], present).__getitem__
+        places = sim.matter.robot_rows(0, 1)[:, :count, 0, :3]
         return lambda world: sim.neighbours.growth(places[world], present[world])
 
     def _check_tears(

@@ -69,7 +69,7 @@ class Tape:
 
 def nodes_per_slot(scene: Scene, fidelity: Fidelity) -> int:
     """Grid nodes of one world whose momenta a slot has room for: a window with a node around it."""
-    places = np.concatenate([bed.positions for bed in (scene.robot, scene.medium) if bed is not None])
+    places = np.concatenate([bed.positions for bed in (scene.elastic, scene.medium) if bed is not None])
     cells = np.ceil(np.ptp(places, axis=0) / fidelity.grid_spacing)
     return int(np.prod(cells + fidelity.spline.width + 2))
 

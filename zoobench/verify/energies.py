@@ -96,7 +96,7 @@ def nodal_power(solver: Solver) -> float:
 
 def _skin_energy(solver: Solver, place: Array) -> float:
     """Energy [J] of the ground's skin, by the places `[particle_count, 3]` of all particles [m]."""
-    ground, count = solver.scene.ground, solver.robot_count
+    ground, count = solver.scene.ground, solver.simulation.elastic_count
     if ground is None or not has_skin(solver.scene):
         return 0.0
     gap, _ = heights_above(place[:count], ground.terrain)
@@ -105,12 +105,12 @@ def _skin_energy(solver: Solver, place: Array) -> float:
 
 
 def _elastic(solver: Solver) -> tuple[float, float]:
-    """Elastic energy [J] of robot and medium, and the smallest volume ratio."""
-    material, count = solver.scene.robot.material, solver.robot_count
+    """Elastic energy [J] of all bodies and the medium, and the smallest volume ratio."""
+    bodies, count = solver.scene.elastic_bodies, solver.simulation.elastic_count
     volume = to_array(solver.parameters.volume[0])
     F = to_array(solver.matter.F[0, 0])
     J = np.linalg.det(F)
-    mu, lam = material.lame
+    mu, lam = np.concatenate([np.tile(body.material.lame, (body.particle_count, 1)) for body in bodies]).T
     # where the stress clamps log J, its energy is linear in log J
     log_j = np.log(np.maximum(J, np.finfo(float).tiny))
     held = np.maximum(log_j, np.log(SMALLEST_J))

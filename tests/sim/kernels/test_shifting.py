@@ -17,10 +17,11 @@ from zoobench.sim.kernels.laws.water import LAW
 from zoobench.sim.kernels.layout import MOMENTUM, VELOCITY, scene_constants
 from zoobench.sim.kernels.shifting import SHIFT_RATE, SHIFTED_SURPLUS, particle_shift, particle_shift_adjoint
 from zoobench.sim.kernels.splines import CUBIC, QUADRATIC, stencil, weights
+from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.lattice import fill_box, particle_volume
 from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.laws.water import WaterMaterial
-from zoobench.sim.model.scene import ElasticBody, Ground, MediumBed, Scene
+from zoobench.sim.model.scene import Ground, MediumBed, Scene
 from zoobench.sim.solver import Solver
 
 H = scenes.SPACING

@@ -20,10 +20,11 @@ from zoobench.sim.kernels.context import Around, Field
 from zoobench.sim.kernels.layout import BEFORE, MOMENTUM, VELOCITY, scene_constants
 from zoobench.sim.kernels.splines import INVERSE_MOMENT, stencil, weight_derivatives, weights
 from zoobench.sim.kernels.transfer import gather, gather_adjoint, scatter, scatter_adjoint
+from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.fidelity import SPLINES, Fidelity, Kernel, Transfer
 from zoobench.sim.model.lattice import fill_box
 from zoobench.sim.model.laws.elastic import ElasticMaterial
-from zoobench.sim.model.scene import ElasticBody, Scene
+from zoobench.sim.model.scene import Scene
 from zoobench.sim.solver import Solver
 from zoobench.verify.validate.waves import fit_decay
 

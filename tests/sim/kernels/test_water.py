@@ -26,12 +26,13 @@ from zoobench.sim.kernels.laws.water import (
 from zoobench.sim.kernels.layout import MOMENTUM, VELOCITY, scene_constants
 from zoobench.sim.kernels.splines import CUBIC, QUADRATIC, stencil, weight_derivatives, weights
 from zoobench.sim.kernels.transfer import by_offset, gather_slopes, gather_value, scatter_value
+from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.lattice import fill_box, particle_volume
 from zoobench.sim.model.laws import water as twins
 from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.laws.water import LARGEST_RATIO, SMALLEST_RATIO, TOLERATED_SURPLUS, WaterMaterial
 from zoobench.sim.model.rollout import Gradient
-from zoobench.sim.model.scene import ElasticBody, Ground, MediumBed, Scene
+from zoobench.sim.model.scene import Ground, MediumBed, Scene
 from zoobench.sim.solver import Solver
 
 H = scenes.SPACING

@@ -11,9 +11,10 @@ import torch
 from tests.sim import scenes
 from zoobench.errors import Divergence, DivergenceError
 from zoobench.sim.model.diagnostics import Neighbours
+from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.lattice import fill_box
 from zoobench.sim.model.rollout import Rollout
-from zoobench.sim.model.scene import ElasticBody, Scene
+from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.step_limits import choose_step
 from zoobench.sim.solver import BodyState, Solver
 

@@ -5,9 +5,10 @@ import pytest
 
 from tests.sim import scenes
 from zoobench.errors import SceneError, UsageError
+from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.fidelity import PARTICLES_PER_CELL, Fidelity
 from zoobench.sim.model.lattice import fill_box, particle_volume
-from zoobench.sim.model.scene import ElasticBody, Scene
+from zoobench.sim.model.scene import Scene
 from zoobench.sim.solver import Solver
 
 EVERY = pytest.mark.parametrize("per_cell", PARTICLES_PER_CELL)

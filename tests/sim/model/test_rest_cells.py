@@ -8,9 +8,9 @@ import pytest
 from tests.sim import scenes
 from zoobench.arrays import Array
 from zoobench.errors import UsageError
+from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.lattice import fill_box
 from zoobench.sim.model.rest_cells import RestCells
-from zoobench.sim.model.scene import ElasticBody
 
 
 def _body(cubes: Array) -> ElasticBody:

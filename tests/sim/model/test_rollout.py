@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from tests.sim.scenes import SOFT, fidelity, flight_scene, weightless
+from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.lattice import fill_box, particle_volume
 from zoobench.sim.model.laws.elastic import lame_parameters, neo_hookean_energy
 from zoobench.sim.model.rollout import Rollout
-from zoobench.sim.model.scene import ElasticBody
 from zoobench.sim.solver import Solver
 
 FRAMES = 15

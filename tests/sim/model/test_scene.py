@@ -7,8 +7,9 @@ import pytest
 
 from tests.sim import scenes
 from zoobench.errors import SceneError
+from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.laws.elastic import lame_parameters
-from zoobench.sim.model.scene import Effect, ElasticBody, Ground, MediumBed, Scene
+from zoobench.sim.model.scene import Effect, Ground, MediumBed, Scene
 
 
 def _scene_of(**changes: object) -> Scene:

@@ -8,11 +8,12 @@ import pytest
 
 from tests.sim import scenes
 from zoobench.errors import StepSizeError
+from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.fidelity import Fidelity, Kernel, Transfer
 from zoobench.sim.model.laws.elastic import lame_parameters
 from zoobench.sim.model.laws.snow import SMALLEST_PLASTIC, SnowMaterial
 from zoobench.sim.model.laws.water import WaterMaterial
-from zoobench.sim.model.scene import ElasticBody, Scene
+from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.step_limits import (
     LARGEST_STRETCH,
     Condition,

@@ -8,7 +8,8 @@ import pytest
 from tests.sim import scenes
 from tests.sim.test_adjoint import Probe
 from zoobench.errors import SceneError
-from zoobench.sim.model.scene import ElasticBody, Ground, Scene
+from zoobench.sim.model.elastic_bodies import ElasticBody
+from zoobench.sim.model.scene import Ground, Scene
 from zoobench.sim.model.standing import standing
 from zoobench.sim.model.terrain import Terrain
 from zoobench.sim.solver import Solver

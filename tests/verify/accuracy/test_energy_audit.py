@@ -8,10 +8,11 @@ import pytest
 from tests.conformance.cells import cell
 from tests.sim.scenes import NO_GRAVITY, SPACING, fidelity, medium_scene
 from zoobench.errors import DivergenceError
+from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.fidelity import Transfer
 from zoobench.sim.model.lattice import fill_box, particle_volume
 from zoobench.sim.model.laws.elastic import ElasticMaterial
-from zoobench.sim.model.scene import ElasticBody, Ground, Scene
+from zoobench.sim.model.scene import Ground, Scene
 from zoobench.sim.model.standing import standing
 from zoobench.sim.solver import Rollout, Solver
 from zoobench.spec import RunSpec

@@ -6,9 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.laws.elastic import ElasticMaterial
-from zoobench.sim.model.scene import ElasticBody, Scene
+from zoobench.sim.model.scene import Scene
 from zoobench.sim.solver import Solver
 from zoobench.verify.bench import cpp_reference
 from zoobench.verify.bench.cpp_reference import Cube, NoReferenceError

@@ -15,9 +15,8 @@ import taichi as ti
 from zoobench.sim.kernels.columns import diagonal, trace
 from zoobench.sim.kernels.context import Around, Context, Field
 from zoobench.sim.kernels.drift import mean_ratio, mean_ratio_adjoint, scatter_ratio, scatter_ratio_adjoint
-from zoobench.sim.kernels.layout import MASS, RATIO, C, X, add_columns, columns, put_columns, while_compiling
+from zoobench.sim.kernels.layout import MASS, RATIO, C, X, add_columns, columns, layer, put_columns, while_compiling
 from zoobench.sim.kernels.splines import LINEAR, stencil, weight_derivatives, weights
-from zoobench.sim.kernels.two_fields import layer
 
 
 @while_compiling

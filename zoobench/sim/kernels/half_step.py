@@ -4,10 +4,9 @@ import taichi as ti
 
 from zoobench.sim.kernels.array_types import Rows, Scalars
 from zoobench.sim.kernels.context import Context
-from zoobench.sim.kernels.layout import box, scene_constants
+from zoobench.sim.kernels.layout import box, constants_of, layers
 from zoobench.sim.kernels.serial import clear
 from zoobench.sim.kernels.substep import contribution, to_grid
-from zoobench.sim.kernels.two_fields import layers
 
 
 @ti.kernel
@@ -17,7 +16,7 @@ def scatter_first(
     """Momentum and mass of the nodes that the first world touches at slot 0."""
     ti.loop_config(serialize=True)
     for _ in range(1):
-        scene = scene_constants(constants, variant.law)
+        scene = constants_of(constants, variant)
         nodes = box(window, 0, 0)
         clear(grid, 0, layers(variant) * nodes.size, variant)
         c = Context(variant, state=state, body=body, grid=grid, scene=scene, dt=dt, w=0, s=0, nodes=nodes, start=0)

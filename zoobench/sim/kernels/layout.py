@@ -21,6 +21,7 @@ adds to a single lane of an array's row wrongly and silently: add to the whole r
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 from typing import Any, TypeVar
 
 import taichi as ti
@@ -58,10 +59,14 @@ CONSTANTS = (
     "skin_thickness", "skin_rate", "edge", "interface_friction", "robot_full", "medium_full",
 )  # fmt: skip
 """Names of the constants in their order, by which the host lists them and the kernels know them; those of the medium
-follow, as its law names them. Grid spacing [m], Lame parameters and viscosity of the robot, gravity [m/s^2], friction
-of the ground, counts of nodes and of the robot's particles; of the ground's skin thickness [m], gradient of the force
-per volume [N/m^4] and edge of the particles' cubes [m]; of two fields the friction between robot and medium and the
-mass of a node in the midst of either [kg]."""
+follow, as its law names them, and then those of objects. Grid spacing [m], Lame parameters and viscosity of the robot,
+gravity [m/s^2], friction of the ground, counts of nodes and of elastic particles; of the ground's skin thickness [m],
+gradient of the force per volume [N/m^4] and edge of the particles' cubes [m]; of two fields the friction between robot
+and medium and the mass of a node in the midst of either [kg]."""
+
+OBJECT_CONSTANTS = ("first", "object_mu", "object_lam", "object_eta", "object_full", "object_friction")
+"""Names of the constants of an object: its first particle, Lame parameters and viscosity, mass of a node in its
+midst [kg] and friction on the ground."""
 
 _COUNTS = ("nodes_x", "nodes_y", "nodes_z", "robot")
 
@@ -78,9 +83,10 @@ class Variant:
         width: nodes of a spline in each direction.
         transfer, medium_transfer: of the robot and of the medium, see `transfer`.
         sleep: whether matter may sleep, see `sleepers`.
-        two_fields: whether robot and medium have nodes of their own, see `two_fields`.
+        two_fields: whether the medium has nodes of its own, see `velocity_fields`.
         fbar: whether the medium's volume changes as that around it, see `fbar`.
-        robot: whether a particle may be the robot's: not where only the medium's are visited.
+        robot: whether a particle may be elastic: not where only the medium's are visited.
+        objects: number of elastic bodies beside the robot, each with nodes of its own.
     """
 
     muscle: bool
@@ -95,6 +101,7 @@ class Variant:
     two_fields: bool
     fbar: bool
     robot: bool = True
+    objects: int = 0
 
     def uses(self, transfer: int) -> bool:
         """Whether any matter that is visited has this transfer."""
@@ -121,12 +128,26 @@ class Variant:
         return self.law is not None and self.law.slides
 
     def has_skin(self, layer: int) -> bool:
-        """Whether the ground's skin pushes on this layer of nodes: 0 of all matter or the robot, 1 of the medium."""
-        return self.skin and layer == 0
+        """Whether the ground's skin pushes on this layer of nodes: not on the medium's own."""
+        return self.skin and not self.is_medium(layer)
 
     def is_tight(self, layer: int) -> bool:
         """Whether walls press on this layer of nodes."""
-        return self.liquid and layer == int(self.two_fields)
+        return self.liquid and layer == self.layers - 1
+
+    @property
+    def layers(self) -> int:
+        """How often every node is there: for the robot, for each object, and for a medium with nodes of its own."""
+        return 1 + self.objects + self.two_fields
+
+    @property
+    def pairs(self) -> tuple[tuple[int, int], ...]:
+        """Pairs of layers that meet, in the order in which they do."""
+        return tuple(combinations(range(self.layers), 2))
+
+    def is_medium(self, layer: int) -> bool:
+        """Whether this layer of nodes is the medium's own."""
+        return self.two_fields and layer == self.layers - 1
 
     @property
     def ratio(self) -> bool:
@@ -134,9 +155,27 @@ class Variant:
         return self.fbar or self.liquid
 
     @property
+    def surveyed(self) -> "Surveyed":
+        """What of it makes a difference to the survey after a frame."""
+        return Surveyed(self.law, self.skin, self.objects)
+
+    @property
     def of_medium(self) -> "Variant":
         """The same where only the medium's particles are visited."""
         return replace(self, robot=False)
+
+
+@dataclass(frozen=True)
+class Surveyed:
+    """What of a variant makes a difference to the survey, so that scenes which differ in other things share its kernel.
+
+    Attributes:
+        law, skin, objects: of the variant.
+    """
+
+    law: Law | None
+    skin: bool
+    objects: int
 
 
 def while_compiling(given: Given) -> Given:
@@ -151,18 +190,34 @@ def by_name(constants: Any, names: Sequence[str]) -> dict[str, Any]:
     return {name: impl.subscript(builder, constants, place) for place, name in enumerate(names)}
 
 
+def object_constants(objects: int, pairs: int) -> tuple[str, ...]:
+    """Names of the constants that follow where there are objects: those of each one, and the friction of each pair."""
+    own = tuple(f"{name}.{k}" for k in range(objects) for name in OBJECT_CONSTANTS)
+    return own + tuple(f"pair_friction.{pair}" for pair in range(pairs if objects else 0))
+
+
 @while_compiling
-def scene_constants(constants: Any, medium: Any = None) -> ti.Struct:
+def scene_constants(constants: Any, medium: Any = None, objects: int = 0, pairs: int = 0) -> ti.Struct:
     """The constants by name while a kernel is compiled, with `inverse` of the spacing, and the medium's in `medium`.
 
-    The last argument names these in its `constants`: a law, or water on a grid.
+    `medium` names these in its `constants`: a law, or water on a grid. Those of objects are vectors, one number each.
     """
-    own = medium.constants if medium else ()
-    named = by_name(constants, (*CONSTANTS, *(f"medium.{name}" for name in own)))
-    bed = {name: named.pop(f"medium.{name}") for name in own}
+    own = tuple(f"medium.{name}" for name in medium.constants) if medium else ()
+    named = by_name(constants, (*CONSTANTS, *own, *object_constants(objects, pairs)))
+    bed = {name.removeprefix("medium."): named.pop(name) for name in own}
     named |= {name: ti.cast(named[name], ti.i32) for name in _COUNTS}
     named |= {"medium": ti.Struct(**bed)} if bed else {}
+    for name in OBJECT_CONSTANTS if objects else ():
+        named[name] = ti.Vector([named.pop(f"{name}.{k}") for k in range(objects)])
+    if pairs and objects:
+        named["pair_friction"] = ti.Vector([named.pop(f"pair_friction.{pair}") for pair in range(pairs)])
     return ti.Struct(**named, inverse=1.0 / named["spacing"])
+
+
+@while_compiling
+def constants_of(constants: Any, variant: Variant) -> ti.Struct:
+    """`scene_constants` of a variant."""
+    return scene_constants(constants, variant.law, variant.objects, len(variant.pairs))
 
 
 @ti.func
@@ -172,6 +227,34 @@ def box(window: ti.template(), s, w):
     sx = sy * (window[s, w, 4] - window[s, w, 1])
     origin = -(window[s, w, 0] * sx + window[s, w, 1] * sy + window[s, w, 2])
     return ti.Struct(sx=sx, sy=sy, origin=origin, size=sx * (window[s, w, 3] - window[s, w, 0]))
+
+
+@ti.func
+def layers(variant: ti.template()):
+    """How often every node is there."""
+    return ti.static(variant.layers)
+
+
+@ti.func
+def layer(c: ti.template(), p):
+    """The nodes of a particle's own body in a box of nodes."""
+    origin = c.nodes.origin
+    if ti.static(c.variant.robot):
+        for k in ti.static(range(c.variant.objects)):
+            if p >= c.scene.first[k]:
+                origin += c.nodes.size
+    if ti.static(c.variant.two_fields and c.variant.robot):
+        if p >= c.scene.robot:
+            origin += c.nodes.size
+    elif ti.static(c.variant.two_fields):
+        origin += medium_layer(c)
+    return ti.Struct(sx=c.nodes.sx, sy=c.nodes.sy, origin=origin, size=c.nodes.size)
+
+
+@ti.func
+def medium_layer(c: ti.template()):
+    """How many nodes further the medium's are."""
+    return c.nodes.size * (layers(c.variant) - 1)
 
 
 @ti.func

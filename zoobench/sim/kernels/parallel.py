@@ -12,7 +12,7 @@ from zoobench.sim.kernels.boundary import behind_wall
 from zoobench.sim.kernels.context import Context
 from zoobench.sim.kernels.flip import divide_node, divide_node_adjoint
 from zoobench.sim.kernels.lane_scatter import NODE_LANES
-from zoobench.sim.kernels.layout import V, X, box, scene_constants
+from zoobench.sim.kernels.layout import V, X, box, constants_of, layer, layers, medium_layer
 from zoobench.sim.kernels.skin_contact import push, push_adjoint
 from zoobench.sim.kernels.splines import stencil
 from zoobench.sim.kernels.substep import clear_node, contribution, from_grid, press_along, to_grid, update_at
@@ -25,7 +25,6 @@ from zoobench.sim.kernels.substep_adjoint import (
     update_at_adjoint,
 )
 from zoobench.sim.kernels.transfer import AFLIP
-from zoobench.sim.kernels.two_fields import layer, layers, medium_layer
 
 NODE_THREADS = 4096
 """Threads for the nodes of a world."""
@@ -71,7 +70,7 @@ def each_world_node(worlds: ti.template(), visit: ti.template(), stride):
     for w, thread in ti.ndrange(worlds.state.shape[1], NODE_THREADS):
         n, room = worlds.step[0], capacity(worlds.state, worlds.grid, worlds.variant)
         if takes_part(worlds.plan, worlds.window, w, n, room):
-            scene = scene_constants(worlds.constants, worlds.variant.law)
+            scene = constants_of(worlds.constants, worlds.variant)
             world = worlds.but(scene=scene, dt=worlds.dts[w], w=w, s=worlds.plan[w, 0] + n * stride)
             nodes = world_slab(world, room)
             c = world.but(nodes=nodes)
@@ -87,7 +86,7 @@ def each_world_particle(worlds: ti.template(), visit: ti.template(), turns: ti.t
     for w, number in ti.ndrange(worlds.state.shape[1], turns * worlds.state.shape[2]):
         n, room = worlds.step[0], capacity(worlds.state, worlds.grid, worlds.variant)
         if takes_part(worlds.plan, worlds.window, w, n, room):
-            scene, s = scene_constants(worlds.constants, worlds.variant.law), worlds.plan[w, 0] + n * stride
+            scene, s = constants_of(worlds.constants, worlds.variant), worlds.plan[w, 0] + n * stride
             t = s + stride
             world = worlds.but(scene=scene, dt=worlds.dts[w], w=w, s=s, t=t)
             nodes = world_slab(world, room)

@@ -13,7 +13,7 @@ import taichi as ti
 from zoobench.sim.kernels.array_types import Rows, Scalars
 from zoobench.sim.kernels.context import Context
 from zoobench.sim.kernels.flip import divide_node, divide_node_adjoint
-from zoobench.sim.kernels.layout import KEPT, START, X, box, scene_constants
+from zoobench.sim.kernels.layout import KEPT, START, X, box, constants_of, layer, layers, medium_layer
 from zoobench.sim.kernels.skin_contact import push, push_adjoint
 from zoobench.sim.kernels.sleepers import (
     active_count,
@@ -42,7 +42,6 @@ from zoobench.sim.kernels.substep_adjoint import (
     update_at_adjoint,
 )
 from zoobench.sim.kernels.transfer import AFLIP
-from zoobench.sim.kernels.two_fields import layer, layers, medium_layer
 
 
 @ti.func
@@ -160,7 +159,7 @@ def advance(
     """
     ti.loop_config(serialize=True)  # the outermost loop would become parallel, its sums atomic
     for w in range(state.shape[1]):
-        scene = scene_constants(constants, variant.law)
+        scene = constants_of(constants, variant)
         dt = dts[w]
         launch = Context(
             variant, state=state, window=window, body=body, plan=plan, order=order, grid=grid, terrain=terrain,
@@ -200,7 +199,7 @@ def reverse(
     """
     ti.loop_config(serialize=True)
     for w in range(state.shape[1]):
-        scene = scene_constants(constants, variant.law)
+        scene = constants_of(constants, variant)
         dt = dts[w]
         launch = Context(
             variant, state=state, window=window, body=body, plan=plan, order=order, grid=grid, terrain=terrain,

@@ -13,7 +13,7 @@ import taichi as ti
 from zoobench.sim.kernels.boundary import TERRAIN, WALL_NODES
 from zoobench.sim.kernels.columns import dot, zero_lanes
 from zoobench.sim.kernels.context import Around
-from zoobench.sim.kernels.layout import PUSH, VOLUME, X
+from zoobench.sim.kernels.layout import PUSH, VOLUME, X, layer
 from zoobench.sim.kernels.splines import stencil, weight_derivatives, weights
 from zoobench.sim.kernels.transfer import by_offset, gather_slopes, scatter_value
 
@@ -73,7 +73,7 @@ def push(c: ti.template(), p):
     below = ground_below(c, place)
     if below.gap < c.scene.skin_thickness + 0.5 * c.scene.edge:
         force, _rate = layer_force(below.gap, c.scene)
-        at = stencil(place, c.scene, c.nodes, c.variant.width)
+        at = stencil(place, c.scene, layer(c, p), c.variant.width)
         impulse = (c.dt * c.body[c.w, p, 0][VOLUME] * force) * below.normal
         share = weights(at.offset, c.variant.width)
         scatter_value(c.field(PUSH, c.start), Around(at, share), impulse)
@@ -86,7 +86,7 @@ def push_adjoint(c: ti.template(), p):
     below = ground_below(c, place)
     if below.gap < c.scene.skin_thickness + 0.5 * c.scene.edge:
         force, rate = layer_force(below.gap, c.scene)
-        at = stencil(place, c.scene, c.nodes, c.variant.width)
+        at = stencil(place, c.scene, layer(c, p), c.variant.width)
         share, slopes = weights(at.offset, c.variant.width), weight_derivatives(at.offset, c.variant.width)
         size = c.dt * c.body[c.w, p, 0][VOLUME]
         impulse = (size * force) * below.normal

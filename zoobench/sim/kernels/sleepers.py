@@ -15,12 +15,11 @@ Arrays are those of `layout`. The slabs are zero between launches, and those of 
 import taichi as ti
 
 from zoobench.sim.kernels.columns import zero_lanes
-from zoobench.sim.kernels.layout import BEFORE, MOMENTUM, PUSH, RATIO, STRESS, C, V, X
+from zoobench.sim.kernels.layout import BEFORE, MOMENTUM, PUSH, RATIO, STRESS, C, V, X, layers
 from zoobench.sim.kernels.splines import first_node
 from zoobench.sim.kernels.substep import clear_node, contribution, to_grid
 from zoobench.sim.kernels.substep_adjoint import to_grid_adjoint
 from zoobench.sim.kernels.transfer import AFLIP
-from zoobench.sim.kernels.two_fields import layers
 
 _CARRIED = (V, C, C + 1, C + 2, STRESS, STRESS + 1)
 """Rows whose adjoints `to_grid_adjoint` sets; it adds to the others."""

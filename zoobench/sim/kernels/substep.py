@@ -41,6 +41,7 @@ from zoobench.sim.kernels.layout import (
     X,
     columns,
     history,
+    layer,
     put_columns,
 )
 from zoobench.sim.kernels.shifting import particle_shift
@@ -50,7 +51,7 @@ from zoobench.sim.kernels.transfer import (
     PIC,
     gather_affine,
 )
-from zoobench.sim.kernels.two_fields import ground_contact, layer, update_both
+from zoobench.sim.kernels.velocity_fields import ground_contact, update_fields
 
 
 @ti.func
@@ -88,6 +89,16 @@ def clear_node(grid: ti.template(), node, variant: ti.template()):
 
 
 @ti.func
+def moduli(c: ti.template(), p):
+    """Lame parameters and viscosity of an elastic particle's body."""
+    mu, lam, eta = c.scene.mu, c.scene.lam, c.scene.eta
+    for k in ti.static(range(c.variant.objects)):
+        if p >= c.scene.first[k]:
+            mu, lam, eta = c.scene.object_mu[k], c.scene.object_lam[k], c.scene.object_eta[k]
+    return mu, lam, eta
+
+
+@ti.func
 def particle_stress(c: ti.template(), p):
     """Kirchhoff stress [Pa] of a particle at slot s; that of a solid medium was stored with its plastic return."""
     stress = diagonal(0.0 * c.scene.spacing)
@@ -95,11 +106,12 @@ def particle_stress(c: ti.template(), p):
         stress = medium_stress(c, p)
     elif is_robot(c, p):
         deformation, q = columns(c.state, c.s, c.w, p, F), c.body[c.w, p, 0]
-        stress = scale(q[STIFFNESS], neo_hookean(deformation, c.scene.mu, c.scene.lam))
+        mu, lam, eta = moduli(c, p)
+        stress = scale(q[STIFFNESS], neo_hookean(deformation, mu, lam))
         if ti.static(c.variant.muscle):
             stress = add(stress, fibre_stress(deformation, q[TENSION], c.body[c.w, p, 1]))
         if ti.static(c.variant.damping):
-            stress = add(stress, viscous(columns(c.state, c.s, c.w, p, C), c.scene.eta))
+            stress = add(stress, viscous(columns(c.state, c.s, c.w, p, C), eta))
     elif ti.static(c.variant.has_medium):
         stress = medium_stress(c, p)
     return stress
@@ -179,9 +191,9 @@ def update_node(c: ti.template(), m, node, index: ti.template()):
 
 @ti.func
 def update_at(c: ti.template(), node, index: ti.template()):
-    """`update_node`, or `two_fields.update_both`, of a node that comes so many after the first."""
-    if ti.static(c.variant.two_fields):
-        update_both(c, c.start + node, node, index)
+    """`update_node`, or `velocity_fields.update_fields`, of a node that comes so many after the first."""
+    if ti.static(c.variant.layers > 1):
+        update_fields(c, c.start + node, node, index)
     else:
         update_node(c, c.start + node, node, index)
 

@@ -46,12 +46,14 @@ from zoobench.sim.kernels.layout import (
     add_history,
     columns,
     history,
+    layer,
+    medium_layer,
     put_columns,
 )
 from zoobench.sim.kernels.shifting import particle_shift_adjoint
 from zoobench.sim.kernels.skin_contact import STOP_NODES, coulomb_friction, coulomb_friction_adjoint
 from zoobench.sim.kernels.splines import INVERSE_MOMENT, stencil, weight_derivatives, weights
-from zoobench.sim.kernels.substep import has_transfer, is_robot, linear_motion, mirror_image, particle_stress
+from zoobench.sim.kernels.substep import has_transfer, is_robot, linear_motion, mirror_image, moduli, particle_stress
 from zoobench.sim.kernels.transfer import (
     AFLIP,
     PIC,
@@ -61,7 +63,7 @@ from zoobench.sim.kernels.transfer import (
     gather_value,
     scatter_adjoint,
 )
-from zoobench.sim.kernels.two_fields import contact_impulse, free_velocity, layer, update_both_adjoint
+from zoobench.sim.kernels.velocity_fields import free_velocity, update_fields_adjoint, velocities_before_ground
 
 
 @ti.func
@@ -83,8 +85,9 @@ def press_node_adjoint(c: ti.template(), m, node, index: ti.template()):
 def unpressed(c: ti.template(), m, index: ti.template()):
     """Velocity of a node behind a wall before `press_node`: only gravity and the contact of two fields act on it."""
     free = free_velocity(c, c.grid[MOMENTUM, m])
-    if ti.static(c.variant.two_fields):
-        free = contact_impulse(c, m - c.nodes.size, index).u
+    if ti.static(c.variant.layers > 1):
+        velocities, _contacts = velocities_before_ground(c, m - medium_layer(c), index)
+        free = velocities[c.variant.layers - 1]
     return free
 
 
@@ -240,8 +243,8 @@ def update_node_adjoint(c: ti.template(), m, node, index: ti.template()):
 @ti.func
 def update_at_adjoint(c: ti.template(), node, index: ti.template()):
     """Adjoint of `update_at`."""
-    if ti.static(c.variant.two_fields):
-        update_both_adjoint(c, c.start + node, node, index)
+    if ti.static(c.variant.layers > 1):
+        update_fields_adjoint(c, c.start + node, node, index)
     else:
         update_node_adjoint(c, c.start + node, node, index)
 
@@ -329,9 +332,10 @@ def to_grid_adjoint(c: ti.template(), p):
 def robot_stress_adjoint(c: ti.template(), p, tau_adjoint: ti.template()):
     """Adjoint of the robot's `particle_stress`: adds to those of F and C, of stiffness, tension and fibre."""
     deformation, q = columns(c.state, c.s, c.w, p, F), c.body[c.w, p, 0]
+    mu, lam, eta = moduli(c, p)
     F_adjoint = add(
         columns(c.adjoint, 0, c.w, p, F),
-        scale(q[STIFFNESS], neo_hookean_adjoint(deformation, tau_adjoint, c.scene.mu, c.scene.lam)),
+        scale(q[STIFFNESS], neo_hookean_adjoint(deformation, tau_adjoint, mu, lam)),
     )
     tension_adjoint = 0.0 * c.scene.spacing
     if ti.static(c.variant.muscle):
@@ -340,8 +344,8 @@ def robot_stress_adjoint(c: ti.template(), p, tau_adjoint: ti.template()):
         tension_adjoint = by_tension
         c.body_adjoint[c.w, p, 1] += fibre_adjoint
     if ti.static(c.variant.damping):
-        add_columns(c.adjoint, 0, c.w, p, C, viscous(tau_adjoint, c.scene.eta))
+        add_columns(c.adjoint, 0, c.w, p, C, viscous(tau_adjoint, eta))
     put_columns(c.adjoint, 0, c.w, p, F, F_adjoint)
     # the passive stress is linear in the stiffness
-    stiffness_adjoint = contract(tau_adjoint, neo_hookean(deformation, c.scene.mu, c.scene.lam))
+    stiffness_adjoint = contract(tau_adjoint, neo_hookean(deformation, mu, lam))
     c.body_adjoint[c.w, p, 0] += ti.Vector([0.0, 0.0, stiffness_adjoint, tension_adjoint])

@@ -25,9 +25,7 @@ def largest_square(F: ti.template()):
 
 
 @ti.func
-def condition(
-    state: ti.template(), body: ti.template(), scene: ti.template(), w, p, law: ti.template(), skin: ti.template()
-):
+def condition(state: ti.template(), body: ti.template(), scene: ti.template(), w, p, of: ti.template()):
     """What a particle of mass has of `step_limits.Condition` at slot 0: its four `values`, which may be NaN, and the
     others, 0 where its matter has none."""
     q = body[w, p, 0]
@@ -45,40 +43,42 @@ def condition(
     if p < scene.robot:
         deformation = columns(state, 0, w, p, F)
         values[3] = -determinant(deformation)
-        k = q[STIFFNESS]
+        k, mu, lam, eta = q[STIFFNESS], scene.mu, scene.lam, scene.eta
+        for n in ti.static(range(of.objects)):
+            if p >= scene.first[n]:
+                mu, lam, eta = scene.object_mu[n], scene.object_lam[n], scene.object_eta[n]
         square = largest_square(deformation)
-        viscosity = scene.eta * per_mass
-        if ti.static(skin):
+        viscosity = eta * per_mass
+        if ti.static(of.skin):
             ground = scene.skin_rate * per_mass
         # kappa of `step_limits.elastic_kappa`; a muscle that pushes does not lower it
-        active = 2.0 * (k * scene.mu + ti.max(q[TENSION], 0.0)) * square
-        robot = (active + 3.0 * k * scene.lam) * per_mass
-    elif ti.static(isinstance(law, Law)):
-        medium = law.kappa(history(state, 0, w, p), scene.medium) * per_mass
+        active = 2.0 * (k * mu + ti.max(q[TENSION], 0.0)) * square
+        robot = (active + 3.0 * k * lam) * per_mass
+    elif ti.static(isinstance(of.law, Law)):
+        medium = of.law.kappa(history(state, 0, w, p), scene.medium) * per_mass
     return ti.Struct(values=values, square=square, robot=robot, medium=medium, viscosity=viscosity, ground=ground)
 
 
 @ti.kernel
 def survey(
     state: Rows, body: Rows, constants: Scalars, alive: Scalars, report: Scalars, culprit: Scalars,
-    count: int, law: ti.template(), skin: ti.template(),
+    count: int, of: ti.template(),
 ):  # fmt: skip
     """Fill the `report` of every world alive with the `step_limits.Condition` of its first `count` particles, from slot
     0.
 
     `culprit[w]` holds the particle of each of the first four, where the first NaN is kept. Massless particles are left
-    out. Of a variant only the medium's law and whether there is a skin make a difference, so that scenes which differ
-    in other things share the kernel.
+    out. `of` is a `layout.Surveyed`.
     """
     ti.loop_config(serialize=True)
     for w in range(state.shape[1]):
-        scene = scene_constants(constants, law)
+        scene = scene_constants(constants, of.law, of.objects)
         worst = ti.Vector([0.0, 0.0, 0.0, -1e30])
         who = ti.Vector([0, 0, 0, 0])
         guarded, square, robot, medium, viscosity, ground = 0, 0.0, 0.0, 0.0, 0.0, 0.0
         for p in range(count * alive[w]):
             if body[w, p, 0][MASS] > 0.0:
-                found = condition(state, body, scene, w, p, law, skin)
+                found = condition(state, body, scene, w, p, of)
                 values = found.values
                 guarded += ti.cast(-values[3] < SMALLEST_J, ti.i32)
                 square, robot = ti.max(square, found.square), ti.max(robot, found.robot)
@@ -104,15 +104,14 @@ def survey(
 
 @ti.kernel
 def survey_each(
-    state: Rows, body: Rows, constants: Scalars, alive: Scalars, found: Scalars, count: int, law: ti.template(),
-    skin: ti.template(),
+    state: Rows, body: Rows, constants: Scalars, alive: Scalars, found: Scalars, count: int, of: ti.template(),
 ):  # fmt: skip
     """The `condition` of every particle of mass in a world alive `[worlds, count, 9]`, for many threads."""
     for w, p in ti.ndrange(state.shape[1], count):
         for c in ti.static(range(9)):
             found[w, p, c] = -1e30 if ti.static(c == 3) else 0.0
         if alive[w] and body[w, p, 0][MASS] > 0.0:
-            each = condition(state, body, scene_constants(constants, law), w, p, law, skin)
+            each = condition(state, body, scene_constants(constants, of.law, of.objects), w, p, of)
             for c in ti.static(range(4)):
                 found[w, p, c] = each.values[c]
             found[w, p, 4] = each.square

@@ -20,8 +20,8 @@ from scipy.sparse.csgraph import connected_components
 
 from zoobench.arrays import Array
 from zoobench.errors import UsageError
+from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.fidelity import Fidelity
-from zoobench.sim.model.scene import ElasticBody
 
 LANES = 8
 """Nodes of a cell, and particles that are computed together."""

@@ -6,13 +6,14 @@ SI units; y is up; the ground plane is y = 0.
 import math
 from dataclasses import dataclass, fields
 from enum import StrEnum
-from typing import Any
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from zoobench.arrays import Array
 from zoobench.errors import SceneError
+from zoobench.sim.model.elastic_bodies import ElasticBody, SceneObject, joined
 from zoobench.sim.model.fidelity import Fidelity, Transfer
 from zoobench.sim.model.grid_water import GridWater
 from zoobench.sim.model.ground_skin import SKIN, GroundSkin
@@ -36,87 +37,6 @@ class Effect(StrEnum):
 
 
 _MAY_BE_ZERO = ("muscle_strength", "friction_angle", "viscosity", "hardening")
-
-
-@dataclass(frozen=True)
-class BodyParticles:
-    """Particles of a body at rest, as designs make them and the simulator takes them.
-
-    Attributes:
-        positions: `[particle_count, 3]` [m].
-        volumes: `[particle_count]` rest volume that each particle stands for [m^3].
-        stiffness: `[particle_count]` multiplier of Young's modulus [-].
-        density_ratio: `[particle_count]` multiplier of the density [-].
-        occupancy: `[particle_count]` in [0, 1]; scales mass and volume together, 0 is empty space.
-        muscle_membership: `[particle_count, muscle_count]` share of each muscle [-].
-        fibres: `[particle_count, 3]` unit directions of contraction.
-    """
-
-    positions: Array
-    volumes: Array
-    stiffness: Array
-    density_ratio: Array
-    occupancy: Array
-    muscle_membership: Array
-    fibres: Array
-
-    @property
-    def particle_count(self) -> int:
-        """Number of particles, empty ones included."""
-        return len(self.positions)
-
-    @property
-    def muscle_count(self) -> int:
-        """Number of muscles; 0 for passive matter."""
-        return int(self.muscle_membership.shape[1])
-
-
-def uniform_arrays(count: int) -> dict[str, Any]:
-    """Stiffness, density ratio, occupancy and fibres of `count` full particles of muscle with fibres ahead."""
-    ones = np.ones(count)
-    return {
-        "stiffness": ones,
-        "density_ratio": ones,
-        "occupancy": ones,
-        "fibres": np.tile([1.0, 0.0, 0.0], (count, 1)),
-    }
-
-
-@dataclass(frozen=True)
-class ElasticBody(BodyParticles):
-    """Matter that keeps its shape, in a scene: a robot or a block.
-
-    Attributes:
-        material: the constitutive law's constants.
-        velocities: `[particle_count, 3]` initial velocity [m/s].
-        velocity_gradients: `[particle_count, 3, 3]` initial APIC matrix C [1/s]; None for zero.
-        edge: of the cubes that the particles stand for [m]; None for that of the fidelity.
-        site_offsets: `[particle_count, 3]` of the centres of those cubes from the positions [m], where a body fills
-            some in part; None for none.
-    """
-
-    material: ElasticMaterial
-    velocities: Array
-    velocity_gradients: Array | None = None
-    edge: float | None = None
-    site_offsets: Array | None = None
-
-    @classmethod
-    def placed(
-        cls, material: ElasticMaterial, particles: BodyParticles, positions: Array, edge: float | None = None
-    ) -> "ElasticBody":
-        """These particles at rest at other positions `[particle_count, 3]` [m]."""
-        arrays = {item.name: getattr(particles, item.name) for item in fields(BodyParticles)}
-        arrays["positions"] = positions
-        return cls(material=material, velocities=np.zeros_like(positions), edge=edge, **arrays)
-
-    @classmethod
-    def passive(cls, material: ElasticMaterial, positions: Array, volumes: Array) -> "ElasticBody":
-        """A body at rest without muscles, all of one kind: the block of the validation cases."""
-        membership, arrays = np.zeros((len(positions), 0)), uniform_arrays(len(positions))
-        return cls.placed(
-            material, BodyParticles(positions, volumes, muscle_membership=membership, **arrays), positions
-        )
 
 
 @dataclass(frozen=True)
@@ -206,6 +126,7 @@ class Scene:
             a ground, lower y is 0.
         follows: whether the arena moves along x and z with the robot, so that level ground, solid matter and water on a
             grid have no end.
+        objects: further elastic bodies, with velocity fields of their own.
     """
 
     robot: ElasticBody
@@ -216,6 +137,7 @@ class Scene:
     gravity: tuple[float, float, float] = EARTH_GRAVITY
     water: GridWater | None = None
     follows: bool = False
+    objects: tuple[SceneObject, ...] = ()
 
     def __post_init__(self) -> None:
         _check_elastic(self.robot)
@@ -235,7 +157,9 @@ class Scene:
                 f"A friction coefficient of {self.ground.friction:g} is negative or not finite. Give 0 or more."
             )
         self._check_arena()
+        self._check_objects()
         bodies = {"robot": self.robot.positions} | ({"medium": self.medium.positions} if self.medium else {})
+        bodies |= {each.name: each.body.positions for each in self.objects}
         if self.medium is not None and self.medium.hosts is not None:
             hosts = self.medium.hosts
             if hosts.min() < -1 or hosts.max() >= self.robot.particle_count:
@@ -251,6 +175,23 @@ class Scene:
                     f"{int(outside.sum())} particles of the {name} lie outside the arena {self.lower} to {self.upper} "
                     f"m, the first at {tuple(np.round(place, 4).tolist())}. Move the {name} or widen the arena."
                 )
+
+    def _check_objects(self) -> None:
+        names = ["robot", "medium", *(each.name for each in self.objects)]
+        for each in self.objects:
+            _check_elastic(each.body, each.name)
+            if names.count(each.name) > 1:
+                raise SceneError(f"Two bodies have the name '{each.name}'. Give every object a name of its own.")
+            if each.body.muscle_count:
+                raise SceneError(f"The object '{each.name}' has muscles. Only the robot may have them.")
+            for value in (each.friction, each.ground_friction):
+                if not 0 <= value < np.inf:
+                    raise SceneError(f"A friction of {value:g} of the {each.name} is not possible. Give 0 or more.")
+        if self.objects and (self.water is not None or (self.medium is not None and self.medium.friction is None)):
+            raise SceneError(
+                "Objects are possible on the ground and on or in a medium with a velocity field of its own; leave out "
+                "the water on a grid, or give the medium a friction."
+            )
 
     def _check_arena(self) -> None:
         if self.ground is not None and self.ground.terrain is not None:
@@ -283,7 +224,7 @@ class Scene:
         found = {Effect.ELASTICITY}
         if self.robot.muscle_count and self.robot.material.muscle_strength > 0:
             found.add(Effect.MUSCLE)
-        if self.robot.material.viscosity > 0:
+        if max(body.material.viscosity for body in self.elastic_bodies) > 0:
             found.add(Effect.DAMPING)
         if self.medium is not None:
             material = self.medium.material
@@ -291,6 +232,8 @@ class Scene:
             found |= {Effect.FLUID} if material.flows else set()
             if self.medium.friction is not None:
                 found.add(Effect.CONTACT)
+        if self.objects:
+            found.add(Effect.CONTACT)
         if self.water is not None:
             found.add(Effect.FLUID)
         if self.ground is not None and self.ground.friction > 0:
@@ -317,7 +260,37 @@ class Scene:
     @property
     def particle_count(self) -> int:
         """Particles of all matter together."""
-        return self.robot.particle_count + (self.medium.particle_count if self.medium else 0)
+        return self.elastic.particle_count + (self.medium.particle_count if self.medium else 0)
+
+    @property
+    def elastic_bodies(self) -> tuple[ElasticBody, ...]:
+        """The robot and the objects, in the order of their particles."""
+        return (self.robot, *(each.body for each in self.objects))
+
+    @cached_property
+    def elastic(self) -> ElasticBody:
+        """Robot and objects as one body, for what treats their particles alike; the material is the robot's.
+
+        The density ratios are by the robot's density. Muscles have no share of objects.
+        """
+        return self.robot if not self.objects else joined(self.elastic_bodies)
+
+    def slice_of(self, name: str) -> slice:
+        """Where a body's particles stand among all: `robot`, an object's name, or `medium`.
+
+        Raises:
+            SceneError: there is no such body.
+        """
+        names, sizes = (
+            ["robot", *(each.name for each in self.objects)],
+            [each.particle_count for each in self.elastic_bodies],
+        )
+        if self.medium is not None:
+            names, sizes = [*names, "medium"], [*sizes, self.medium.particle_count]
+        if name not in names:
+            raise SceneError(f"The scene has no body '{name}'. It has: {', '.join(names)}.")
+        first = sum(sizes[: names.index(name)])
+        return slice(first, first + sizes[names.index(name)])
 
 
 def has_skin(scene: Scene) -> bool:
@@ -339,7 +312,7 @@ def has_fbar(scene: Scene, fidelity: Fidelity) -> bool:
     return scene.medium is not None and scene.medium.material.locks and medium_transfer(scene, fidelity) != "aflip"
 
 
-def _check_elastic(body: ElasticBody) -> None:
+def _check_elastic(body: ElasticBody, owner: str = "body") -> None:
     count = body.particle_count
     shapes = {
         "positions": (count, 3), "volumes": (count,), "stiffness": (count,), "density_ratio": (count,),
@@ -349,17 +322,18 @@ def _check_elastic(body: ElasticBody) -> None:
     if body.velocity_gradients is not None:
         shapes["velocity_gradients"] = (count, 3, 3)
     for name, shape in shapes.items():
-        _check_array("body", name, getattr(body, name), shape)
+        _check_array(owner, name, getattr(body, name), shape)
     if not count or not (body.occupancy > 0).any():
-        raise SceneError("The body is empty: no particle has an occupancy above 0. Check the design's parameters.")
+        raise SceneError(f"The {owner} is empty: no particle has an occupancy above 0. Check the design's parameters.")
     for name in ("volumes", "stiffness", "density_ratio"):
         if getattr(body, name).min() <= 0:
-            raise SceneError(f"The body's {name} must be positive; the smallest is {getattr(body, name).min():g}.")
+            raise SceneError(f"The {owner}'s {name} must be positive; the smallest is {getattr(body, name).min():g}.")
     if body.occupancy.min() < 0 or body.occupancy.max() > 1:
         raise SceneError(
-            f"The body's occupancy reaches {body.occupancy.min():g} to {body.occupancy.max():g}; it must be in [0, 1]."
+            f"The {owner}'s occupancy reaches {body.occupancy.min():g} to {body.occupancy.max():g}; "
+            "it must be in [0, 1]."
         )
-    check_material("body", body.material)
+    check_material(owner, body.material)
 
 
 def _check_medium(medium: MediumBed) -> None:

@@ -31,7 +31,7 @@ class Matter:
         memory: what it holds, see `memory`.
         window: `[slots, worlds, 8]` first and past-the-last node in use, and where momenta of the nodes are kept.
         flow: `[slots, worlds, cells, 4]` water on a grid, as `kernels.water_grid.water_layout` has it.
-        robot: number of the robot's particles, which come first.
+        robot: number of elastic particles, the robot's and those of objects, which come first.
         nodes: `[slots, worlds, nodes, 4, 4]` of a robot in its rest frame, as `kernels.rest_frame` has them; the
             particles' rows then follow from them.
 
@@ -276,13 +276,16 @@ class BodyState:
     fibres: Array | None = None
 
     def filled(self, scene: Scene, worlds: int) -> dict[str, Array]:
-        """Every array in float64, those not given repeated from the scene's robot."""
-        return {
-            item.name: np.asarray(given, dtype=np.float64)
-            if (given := getattr(self, item.name)) is not None
-            else np.repeat(np.asarray(getattr(scene.robot, item.name), dtype=np.float64)[None], worlds, axis=0)
-            for item in fields(self)
-        }
+        """Every array in float64 with those of objects, what is not given repeated from the scene's robot."""
+        arrays, count = {}, scene.robot.particle_count
+        for item in fields(self):
+            whole = np.repeat(np.asarray(getattr(scene.elastic, item.name), dtype=np.float64)[None], worlds, axis=0)
+            given = getattr(self, item.name)
+            if given is not None:
+                own, others = np.asarray(given, dtype=np.float64), whole[:, count:]
+                whole = np.concatenate([own, others], axis=1) if scene.objects else own
+            arrays[item.name] = whole
+        return arrays
 
 
 def medium_share(medium: MediumBed, occupancy: Array) -> Array:
@@ -301,14 +304,14 @@ def empty_matter(
     medium = scene.medium
     count = medium.particle_count if medium else 0
     solid = medium is not None and not medium.material.is_liquid
-    return Matter.zeros(slots, worlds, scene.robot.particle_count, count, solid, real, device, cells, nodes)
+    return Matter.zeros(slots, worlds, scene.elastic.particle_count, count, solid, real, device, cells, nodes)
 
 
 def initial_matter(
     scene: Scene, worlds: int, origin: Array, real: torch.dtype, device: str, cells: int = 0, nodes: int = 0
 ) -> Matter:
     """The scene at time zero in one slot, but for the window and the robot's nodes, which the caller sets."""
-    robot, medium = scene.robot, scene.medium
+    robot, medium = scene.elastic, scene.medium
     matter = empty_matter(scene, 1, worlds, real, device, cells, nodes)
     if scene.water is not None and scene.water.velocities is not None:
         put(matter.flow[..., :3], scene.water.velocities.reshape(-1, 3))

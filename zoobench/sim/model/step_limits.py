@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from zoobench.errors import StepSizeError
+from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.laws.elastic import lame_parameters
 from zoobench.sim.model.laws.medium import Medium
@@ -150,6 +151,8 @@ def step_limits(scene: Scene, fidelity: Fidelity, stiffness_max: float, density_
     limits = {"robot": isolated_particle_limit(fidelity, kappa / density, damping * material.viscosity / density)}
     if scene.ground is not None and has_skin(scene):
         limits["ground"] = skin_limit(fidelity, scene.ground.skin.rate / density)
+    for each in scene.objects:
+        limits[each.name] = _object_limit(each.body, fidelity)
     if scene.medium is not None:
         medium = scene.medium.material
         limits[medium.name] = _medium_limit(medium, fidelity, medium.kappa / medium.density)
@@ -221,6 +224,12 @@ def step_now(scene: Scene, fidelity: Fidelity, frame_seconds: float, condition: 
 def whole_substeps(frame_seconds: float, dt: float) -> int:
     """Number of equal substeps of at most `dt` [s] in a frame, 1e9 at most; an exact divisor is not rounded up."""
     return max(1, math.ceil(frame_seconds / max(dt, 1e-9 * frame_seconds) - 1e-9))
+
+
+def _object_limit(body: ElasticBody, fidelity: Fidelity) -> float:
+    material, density = body.material, body.material.density * float(body.density_ratio.min())
+    kappa = elastic_kappa(*material.lame, float(body.stiffness.max()), 0.0, LARGEST_STRETCH)
+    return isolated_particle_limit(fidelity, kappa / density, material.viscosity / density)
 
 
 def _medium_limit(medium: Medium, fidelity: Fidelity, stiffness: float) -> float:

@@ -5,9 +5,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.laws.clay import ClayMaterial
 from zoobench.sim.model.laws.mud import MudMaterial
-from zoobench.sim.model.scene import Effect, ElasticBody, MediumBed, Scene
+from zoobench.sim.model.scene import Effect, MediumBed, Scene
 
 
 @dataclass(frozen=True)

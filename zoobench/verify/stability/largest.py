@@ -11,8 +11,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.laws.snow import SnowMaterial
-from zoobench.sim.model.scene import ElasticBody, Ground, Scene
+from zoobench.sim.model.scene import Ground, Scene
 from zoobench.sim.model.state import Matter
 from zoobench.sim.solver import Solver
 from zoobench.verify.energies import to_array

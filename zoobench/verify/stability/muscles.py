@@ -7,7 +7,7 @@ from scipy.optimize import brentq
 
 from zoobench.arrays import Array
 from zoobench.errors import SceneError
-from zoobench.sim.model.scene import ElasticBody
+from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.solver import Solver
 from zoobench.verify.stability import stability_scenes as scenes
 from zoobench.verify.stability.episode_recorder import EpisodeRecorder, case

@@ -8,11 +8,12 @@ import numpy as np
 from zoobench import registry
 from zoobench.arrays import Array
 from zoobench.registry import Kind
+from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.lattice import fill_box, particle_volume
 from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.laws.medium import Medium
-from zoobench.sim.model.scene import ElasticBody, Ground, MediumBed, Scene
+from zoobench.sim.model.scene import Ground, MediumBed, Scene
 from zoobench.sim.model.state import Matter
 from zoobench.sim.solver import Solver
 from zoobench.spec import Ref

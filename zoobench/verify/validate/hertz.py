@@ -8,9 +8,10 @@ import numpy as np
 
 from zoobench.arrays import Array, Mask
 from zoobench.designs.sampling import Shape
+from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.laws.elastic import ElasticMaterial
-from zoobench.sim.model.scene import ElasticBody, Ground, Scene
+from zoobench.sim.model.scene import Ground, Scene
 from zoobench.verify.cases import CaseRecorder, Shortfall, case
 from zoobench.verify.validate.rig import WEIGHTLESS, Reals, Rig
 

@@ -12,9 +12,10 @@ from zoobench import registry
 from zoobench.arrays import Array
 from zoobench.designs.base import Body
 from zoobench.registry import Kind
+from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.laws.elastic import ElasticMaterial
-from zoobench.sim.model.scene import ElasticBody, Scene
+from zoobench.sim.model.scene import Scene
 from zoobench.sim.solver import Solver
 from zoobench.spec import Ref
 from zoobench.verify.cases import CaseRecorder, case

@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from zoobench.arrays import Array
+from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.laws.medium import Medium
-from zoobench.sim.model.scene import ElasticBody, MediumBed, Scene
+from zoobench.sim.model.scene import MediumBed, Scene
 from zoobench.sim.solver import Solver
 
 Vector = tuple[float, float, float]

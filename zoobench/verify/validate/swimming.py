@@ -10,9 +10,10 @@ from typing import NamedTuple
 import numpy as np
 
 from zoobench.arrays import Array
+from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.grid_water import GridWater
 from zoobench.sim.model.laws.elastic import ElasticMaterial
-from zoobench.sim.model.scene import ElasticBody, Scene
+from zoobench.sim.model.scene import Scene
 from zoobench.verify.cases import CaseRecorder, Shortfall, case
 from zoobench.verify.validate.rig import GRAVITY, WEIGHTLESS, Rig, Vector, dust, lattice, passive_body
 from zoobench.verify.validate.speed_control import TOLERANCE, SpeedControl, check_motion

@@ -1,0 +1,198 @@
+"""Elastic bodies beside the robot, on firm ground and on a bed: closed forms, conservation, and the gradient."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.sim import scenes
+from tests.sim.test_adjoint import Probe
+from zoobench.arrays import Array
+from zoobench.errors import SceneError
+from zoobench.sim.model.elastic_bodies import ElasticBody, SceneObject
+from zoobench.sim.model.grid_water import GridWater
+from zoobench.sim.model.rollout import Gradient
+from zoobench.sim.model.scene import Effect, Ground, Scene
+from zoobench.sim.model.standing import standing
+from zoobench.sim.solver import Solver
+from zoobench.verify.energies import energy_balance
+
+H = scenes.SPACING
+GRAVITY = 9.81
+
+
+def _block(lower: tuple[float, float, float], cells: int = 3, velocity: Array | None = None) -> ElasticBody:
+    """A block of an edge [cells], stiffer and heavier than the robot and of another Poisson's ratio."""
+    body = scenes.passive_block(lower, (cells, cells, cells), np.zeros(3) if velocity is None else velocity)
+    return replace(body, material=replace(body.material, density=1500.0, poissons_ratio=0.2))
+
+
+def _beside(scene: Scene, **given: Any) -> Scene:
+    """The scene with a block half a cell beside its robot."""
+    right, low, front = scene.robot.positions.max(0)[0] + 0.5 * H, *scene.robot.positions.min(0)[1:] - 0.25 * H
+    return replace(scene, objects=(SceneObject("block", _block((float(right), float(low), float(front)))),), **given)
+
+
+def ground_scene() -> Scene:
+    """The muscle cube thrown at a block on the ground."""
+    scene = scenes.ground_scene()
+    thrown = replace(scene.robot, velocities=scene.robot.velocities + np.array([0.5, 0.0, 0.0]))
+    return _beside(replace(scene, robot=thrown))
+
+
+def bed_scene() -> Scene:
+    """The same on a bed of sand, into which both sink: three bodies with velocity fields of their own."""
+    scene = scenes.interface_scene()
+    thrown = replace(scene.robot, velocities=scene.robot.velocities + np.array([0.5, 0.0, 0.0]))
+    return _beside(replace(scene, robot=thrown))
+
+
+SCENES = {"ground": ground_scene, "bed": bed_scene}
+EVERY_SCENE = pytest.mark.parametrize("name", SCENES)
+
+
+@pytest.fixture(scope="module", params=SCENES)
+def probed(request: pytest.FixtureRequest) -> tuple[Probe, Gradient]:
+    """A random functional of the paths of robot and block in an episode, and its gradient."""
+    probe = Probe(SCENES[request.param](), 10)
+    return probe, probe.gradient()
+
+
+@pytest.mark.parametrize("name", scenes.GROUPS)
+def test_the_gradient_matches_central_differences(name: str, probed: tuple[Probe, Gradient]) -> None:
+    """By every group of the robot's parameters, through the contact with the block."""
+    probe, gradient = probed
+    direction = np.random.default_rng(5).normal(size=probe.base[name].shape)
+    assert probe.error(gradient, name, direction, 1e-6) <= 1e-5
+
+
+@EVERY_SCENE
+def test_the_block_is_pushed_and_its_path_differentiated(name: str) -> None:
+    """It moves by a tenth of a cell, and its last place alone has a gradient by the robot's actuation."""
+    scene = SCENES[name]()
+    solver = Solver(scene, scenes.fidelity(), gradients=True)
+    rollout = solver.run(scenes.actuation(solver, 10))
+    block = scene.slice_of("block")
+    path = rollout.positions[:, 0, block, 0].mean(1)
+    assert path[-1] - path[0] > 0.1 * H
+    weights = np.zeros_like(rollout.positions)
+    weights[-1, 0, block, 0] = 1.0
+    gradient = solver.backward(rollout, weights, np.zeros_like(weights))
+    assert np.abs(gradient.actuation).max() > 0.0
+    assert gradient.stiffness.shape == (1, scene.robot.particle_count)
+
+
+def test_without_ground_and_gravity_momentum_stays_and_energy_falls() -> None:
+    """The impulse between robot and block is equal and opposite, and inelastic."""
+    scene = replace(ground_scene(), ground=None, gravity=scenes.NO_GRAVITY)
+    bodies = (scene.robot, scene.objects[0].body)
+    robot, block = (replace(body, positions=body.positions + np.array([0.0, 0.4, 0.0])) for body in bodies)
+    scene = replace(scene, robot=robot, objects=(SceneObject("block", block),))
+    solver = Solver(scene, scenes.fidelity())
+    balances = [energy_balance(solver)]
+    for _ in range(60):
+        solver.substeps(1)
+        balances.append(energy_balance(solver))
+    momenta = np.array([balance.momentum for balance in balances])
+    assert np.abs(momenta - momenta[0]).max() <= 1e-13 * np.abs(momenta[0]).max()
+    assert max(balance.total for balance in balances) <= balances[0].total * (1 + 1e-12)
+    assert balances[-1].total < 0.99 * balances[0].total
+    assert solver.matter.v[0, 0, scene.slice_of("block"), 0].mean() > 0.01
+
+
+def test_a_body_moves_as_an_object_as_it_does_as_the_robot() -> None:
+    """Out of reach of each other, with moduli, density and velocity field of its own."""
+    block = _block((0.5, 0.4, 0.5), velocity=np.array([0.3, 0.2, -0.1]))
+    rng = np.random.default_rng(1)
+    block = replace(block, velocity_gradients=rng.normal(scale=3.0, size=(block.particle_count, 3, 3)))
+    far = scenes.with_idle_muscle(scenes.passive_block((0.1, 0.4, 0.1), (2, 2, 2), np.zeros(3)))
+    alone = Scene(block, (0, 0, 0), scenes.ARENA, gravity=scenes.NO_GRAVITY)
+    both = Scene(far, (0, 0, 0), scenes.ARENA, gravity=scenes.NO_GRAVITY, objects=(SceneObject("block", block),))
+    found, expected = Solver(both, scenes.fidelity()), Solver(alone, scenes.fidelity())
+    for solver in (found, expected):
+        solver.substeps(40, 1e-4)
+    places = found.matter.x[0, 0, both.slice_of("block")]
+    assert np.abs((places - expected.matter.x[0, 0]).numpy()).max() <= 1e-13
+
+
+def test_a_sliding_block_stops_where_friction_on_the_ground_stops_it() -> None:
+    """After v^2 / (2 mu g), by its own friction and not by that of the ground."""
+    speed, friction = 0.5, 0.3
+    far = scenes.with_idle_muscle(scenes.passive_block((0.05, 0.0, 0.05), (2, 2, 2), np.zeros(3)))
+    block = _block((0.3, 0.0, 0.3), velocity=np.array([speed, 0.0, 0.0]))
+    block = standing(Scene(block, (0, 0, 0), scenes.ARENA, ground=Ground(1.0)), scenes.EDGE).robot
+    slides = SceneObject("block", block, ground_friction=friction)
+    scene = Scene(far, (0, 0, 0), (1.5, 0.5, 1.0), ground=Ground(1.0), objects=(slides,))
+    solver = Solver(scene, scenes.fidelity())
+    rollout = solver.run(np.zeros((40, 1, solver.muscle_count)))
+    path = rollout.positions[:, 0, scene.slice_of("block"), 0].mean(1)
+    assert path[-1] - path[0] == pytest.approx(speed**2 / (2 * friction * GRAVITY), rel=0.05)
+    assert abs(path[-1] - path[-2]) < 1e-5
+
+
+def test_a_block_rests_on_a_bed_that_bears_it() -> None:
+    """On sand it comes to rest, hardly below where it began."""
+    scene = scenes.medium_scene("sand")
+    assert scene.medium is not None
+    high = 2 * H
+    block = SceneObject("block", _block((10 * H, high, 10 * H)))
+    away = replace(scene.robot, positions=scene.robot.positions + np.array([0.3, -high, 0.0]))
+    scene = replace(scene, robot=away, medium=replace(scene.medium, friction=0.5), gravity=(0.0, -GRAVITY, 0.0))
+    solver = Solver(replace(scene, objects=(block,)), scenes.fidelity())
+    rollout = solver.run(np.zeros((25, 1, solver.muscle_count)))
+    low = rollout.positions[:, 0, solver.scene.slice_of("block"), 1].min(1)
+    assert high - 0.5 * H < low[-1] < high + 0.25 * H
+    assert abs(low[-1] - low[-5]) < 0.02 * H
+
+
+@EVERY_SCENE
+def test_drivers_agree(name: str) -> None:
+    """The serial and the parallel one, in path and gradient."""
+    scenes.compare_drivers(SCENES[name](), 3)
+
+
+def test_single_precision_agrees_with_double() -> None:
+    """In the gradient, where three bodies meet."""
+    scenes.compare_precisions(bed_scene())
+
+
+def test_an_object_is_an_effect_of_contact() -> None:
+    """Only a scene with one has it."""
+    assert Effect.CONTACT in ground_scene().effects
+    assert Effect.CONTACT not in replace(ground_scene(), objects=()).effects
+
+
+def test_bodies_are_found_by_name() -> None:
+    """One after the other, the medium last; a name that no body has is refused with those there are."""
+    scene = bed_scene()
+    assert scene.medium is not None
+    sizes = [scene.robot.particle_count, scene.objects[0].body.particle_count, scene.medium.particle_count]
+    ends = np.cumsum(sizes)
+    assert [scene.slice_of(name).stop for name in ("robot", "block", "medium")] == ends.tolist()
+    with pytest.raises(SceneError, match=r"'ball'\. It has: robot, block, medium"):
+        scene.slice_of("ball")
+
+
+@pytest.mark.parametrize(
+    ("objects", "told"),
+    [
+        ((SceneObject("robot", _block((0.5, 0.0, 0.5))),), "Two bodies have the name 'robot'"),
+        ((SceneObject("a", scenes.muscle_body((0.5, 0.0, 0.5))),), "'a' has muscles"),
+        ((SceneObject("a", _block((0.5, 0.0, 0.5)), friction=-1.0),), "friction of -1 of the a"),
+        ((SceneObject("a", _block((5.0, 0.0, 0.5))),), "particles of the a lie outside"),
+    ],
+)
+def test_impossible_objects_are_refused(objects: tuple[SceneObject, ...], told: str) -> None:
+    """With the object's name."""
+    with pytest.raises(SceneError, match=told):
+        replace(scenes.ground_scene(), objects=objects)
+
+
+def test_objects_are_refused_in_water_on_a_grid_and_in_a_medium_that_sticks() -> None:
+    """They need a velocity field of their own there, too."""
+    block = (SceneObject("a", _block((0.5, 0.3, 0.5))),)
+    with pytest.raises(SceneError, match="Objects are possible on the ground"):
+        replace(scenes.flight_scene(), water=GridWater(), objects=block)
+    with pytest.raises(SceneError, match="Objects are possible on the ground"):
+        replace(scenes.medium_scene("sand"), objects=block)

@@ -1,0 +1,134 @@
+"""Elastic bodies as plain data: particles as designs make them, and robots and objects in a scene."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from zoobench.arrays import Array
+from zoobench.sim.model.laws.elastic import ElasticMaterial
+
+
+@dataclass(frozen=True)
+class BodyParticles:
+    """Particles of a body at rest, as designs make them and the simulator takes them.
+
+    Attributes:
+        positions: `[particle_count, 3]` [m].
+        volumes: `[particle_count]` rest volume that each particle stands for [m^3].
+        stiffness: `[particle_count]` multiplier of Young's modulus [-].
+        density_ratio: `[particle_count]` multiplier of the density [-].
+        occupancy: `[particle_count]` in [0, 1]; scales mass and volume together, 0 is empty space.
+        muscle_membership: `[particle_count, muscle_count]` share of each muscle [-].
+        fibres: `[particle_count, 3]` unit directions of contraction.
+    """
+
+    positions: Array
+    volumes: Array
+    stiffness: Array
+    density_ratio: Array
+    occupancy: Array
+    muscle_membership: Array
+    fibres: Array
+
+    @property
+    def particle_count(self) -> int:
+        """Number of particles, empty ones included."""
+        return len(self.positions)
+
+    @property
+    def muscle_count(self) -> int:
+        """Number of muscles; 0 for passive matter."""
+        return int(self.muscle_membership.shape[1])
+
+
+def uniform_arrays(count: int) -> dict[str, Any]:
+    """Stiffness, density ratio, occupancy and fibres of `count` full particles of muscle with fibres ahead."""
+    ones = np.ones(count)
+    return {
+        "stiffness": ones,
+        "density_ratio": ones,
+        "occupancy": ones,
+        "fibres": np.tile([1.0, 0.0, 0.0], (count, 1)),
+    }
+
+
+@dataclass(frozen=True)
+class ElasticBody(BodyParticles):
+    """Matter that keeps its shape, in a scene: a robot or a block.
+
+    Attributes:
+        material: the constitutive law's constants.
+        velocities: `[particle_count, 3]` initial velocity [m/s].
+        velocity_gradients: `[particle_count, 3, 3]` initial APIC matrix C [1/s]; None for zero.
+        edge: of the cubes that the particles stand for [m]; None for that of the fidelity.
+        site_offsets: `[particle_count, 3]` of the centres of those cubes from the positions [m], where a body fills
+            some in part; None for none.
+    """
+
+    material: ElasticMaterial
+    velocities: Array
+    velocity_gradients: Array | None = None
+    edge: float | None = None
+    site_offsets: Array | None = None
+
+    @classmethod
+    def placed(
+        cls, material: ElasticMaterial, particles: BodyParticles, positions: Array, edge: float | None = None
+    ) -> "ElasticBody":
+        """These particles at rest at other positions `[particle_count, 3]` [m]."""
+        arrays = {item.name: getattr(particles, item.name) for item in fields(BodyParticles)}
+        arrays["positions"] = positions
+        return cls(material=material, velocities=np.zeros_like(positions), edge=edge, **arrays)
+
+    @classmethod
+    def passive(cls, material: ElasticMaterial, positions: Array, volumes: Array) -> "ElasticBody":
+        """A body at rest without muscles, all of one kind: the block of the validation cases."""
+        membership, arrays = np.zeros((len(positions), 0)), uniform_arrays(len(positions))
+        return cls.placed(
+            material, BodyParticles(positions, volumes, muscle_membership=membership, **arrays), positions
+        )
+
+
+@dataclass(frozen=True)
+class SceneObject:
+    """An elastic body beside the robot, with a velocity field of its own.
+
+    Attributes:
+        name: by which it is known, not `robot` or `medium`.
+        body: its matter and motion at time zero, without muscles.
+        friction: Coulomb coefficient between it and other bodies [-]; between two objects the smaller one holds.
+        ground_friction: the same between it and the ground [-].
+    """
+
+    name: str
+    body: ElasticBody
+    friction: float = 0.5
+    ground_friction: float = 0.5
+
+
+def joined(bodies: Sequence[ElasticBody]) -> ElasticBody:
+    """Elastic bodies one after the other as one, with the material and the muscles of the first."""
+    first, muscles = bodies[0], bodies[0].muscle_count
+    counts = [body.particle_count for body in bodies]
+    arrays = {
+        item.name: np.concatenate([getattr(body, item.name) for body in bodies])
+        for item in fields(BodyParticles)
+        if item.name not in ("muscle_membership", "density_ratio")
+    }
+    ratios = [body.density_ratio * (body.material.density / first.material.density) for body in bodies]
+    membership = [first.muscle_membership, *(np.zeros((count, muscles)) for count in counts[1:])]
+    gradients = [
+        np.zeros((n, 3, 3)) if b.velocity_gradients is None else b.velocity_gradients
+        for b, n in zip(bodies, counts, strict=True)
+    ]
+    return ElasticBody(
+        material=first.material,
+        velocities=np.concatenate([body.velocities for body in bodies]),
+        velocity_gradients=np.concatenate(gradients),
+        edge=first.edge,
+        density_ratio=np.concatenate(ratios),
+        muscle_membership=np.concatenate(membership),
+        **arrays,
+    )
