@@ -249,8 +249,8 @@ def contact_impulse(c: ti.template(), pair: ti.template(), m, index: ti.template
             first += impulse / q[3]
             second += (-1.0 / o[3]) * impulse
     return ti.Struct(
-        v=first, u=second, relative=relative, share=share, rise=rise, preload=preload, strength=strength, reduced=reduced,
-        slope=slope, change=change, impulse=impulse, room=room, up=up, down=down,
+        v=first, u=second, relative=relative, share=share, rise=rise, preload=preload, strength=strength,
+        reduced=reduced, slope=slope, change=change, impulse=impulse, room=room, up=up, down=down,
     )  # fmt: skip
 
 
