@@ -58,5 +58,6 @@ def commands() -> str:
 def _helps(command: Any, name: str, parent: Any = None) -> Iterator[tuple[str, str]]:
     context = command.context_class(command, info_name=name.split()[-1], parent=parent)
     yield name, command.get_help(context)
-    for word, child in getattr(command, "commands", {}).items():
+    for word in getattr(command, "commands", ()):
+        _, child, _ = command.resolve_command(context, [word])
         yield from _helps(child, f"{name} {word}", context)

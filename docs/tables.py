@@ -42,7 +42,7 @@ _MARKED = re.compile(r"(<!-- tables.py: ([a-z-]+) -->\n\n).*?(\n<!-- end -->)", 
 
 def accuracy() -> str:
     """A row for each place: moving, what its levels err by, what they decide and what they cost."""
-    rows = json.loads((ROOT / "zoobench/verify/accuracy/published.json").read_text(encoding="utf-8"))["levels"]
+    rows = json.loads((ROOT / "zoobench/accuracy/published.json").read_text(encoding="utf-8"))["levels"]
     found = {(row["env"], row["fidelity"]): row for row in rows if row["task"] == "movement-speed"}
     body = []
     for env, place in _PLACES.items():

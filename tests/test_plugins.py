@@ -136,7 +136,7 @@ from functools import partial
 from tests.harness.helpers import fake
 from zoobench.cli.main import main
 from zoobench.harness import worker
-from zoobench.verify import doctor
+from zoobench.harness import doctor
 
 doctor._check_taichi = lambda: iter(())
 worker.WorkerOrders = partial(worker.WorkerOrders, child=fake())

@@ -10,7 +10,7 @@ from tests.cli.conftest import Command
     [
         (["list", "envs", "--format", "json", "-f", "csv"], "--format"),
         (["plan", "--env", "ground", "--task", "turning", "--env=ice"], "--env"),
-        (["accuracy", "run", "--seeds", "1", "--dry-run", "--seeds", "1"], "--seeds"),
+        (["verify", "accuracy", "run", "--seeds", "1", "--dry-run", "--seeds", "1"], "--seeds"),
     ],
 )
 def test_repeated_option_is_refused(zoobench: Command, words: list[str], option: str) -> None:

@@ -20,8 +20,8 @@ from zoobench.errors import UsageError
 from zoobench.report.leaderboard import BoardRow
 from zoobench.report.leaderboard_files import publish
 from zoobench.spec import RunSpec
-from zoobench.verify import transfer_study
-from zoobench.verify.transfer_study import MisfitError, TransferRow, TransferTargets
+from zoobench.studies import transfer_study
+from zoobench.studies.transfer_study import MisfitError, TransferRow, TransferTargets
 
 COMMITTED = Path(__file__).parents[2] / "leaderboards"
 

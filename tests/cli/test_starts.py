@@ -10,13 +10,13 @@ import pytest
 from tests.cli.conftest import Command
 from tests.conformance.cells import cell
 from tests.report.content import add_done, add_ended, make_spec
+from zoobench.accuracy.tolerance import choose
 from zoobench.cell.problem import Problem
 from zoobench.db.rows import Ending, FinalRow, RunState
 from zoobench.db.store import Store
 from zoobench.harness.request import RunRequest
 from zoobench.inputs import named_run
 from zoobench.spec import RunSelection, RunSpec
-from zoobench.verify.accuracy.tolerance import choose
 
 HOME = cell(design="caterpillar")
 

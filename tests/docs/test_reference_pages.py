@@ -32,7 +32,8 @@ def pages(made: dict[str, Any]) -> dict[str, str]:
 
 def read_variables() -> set[str]:
     """The environment variables that the code reads or has read by its libraries, by a search through its text."""
-    text = "\n".join(path.read_text(encoding="utf-8") for path in (ROOT / "zoobench").rglob("*.py"))
+    paths = [path for folder in ("zoobench", "verify") for path in (ROOT / folder).rglob("*.py")]
+    text = "\n".join(path.read_text(encoding="utf-8") for path in paths)
     used = re.findall(r"(?:environ(?:\.\w+)?[\[(]|envvar=)\s*([\"\w]+)", text)
     constants = dict(re.findall(r"^([A-Z_]+) = (\"[A-Z_]+\")$", text, flags=re.MULTILINE))
     named = {constants.get(word, word) for word in used}

@@ -149,12 +149,12 @@ def table(
     """
     from dataclasses import replace
 
+    from zoobench.accuracy.tolerance import orders
     from zoobench.db.store import Store
     from zoobench.report.equal_costs import stored_tables
     from zoobench.report.footer import footer
     from zoobench.report.run_results import choose_results
     from zoobench.report.undecided import footnotes, mark_undecided
-    from zoobench.verify.accuracy.tolerance import orders
 
     if look.options() and form in (Format.CSV, Format.JSON):
         raise UsageError(FOR_PEOPLE.format(look.options()[0], form))

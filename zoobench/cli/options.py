@@ -15,9 +15,9 @@ from zoobench.errors import UsageError
 from zoobench.spec import RunSelection
 
 if TYPE_CHECKING:
+    from zoobench.accuracy.tolerance import FidelityChoice
     from zoobench.harness.request import RunRequest
     from zoobench.spec import Ref
-    from zoobench.verify.accuracy.tolerance import FidelityChoice
 
 DEFAULT_DATABASE = "zoobench.db"
 _UNITS = {"": 1.0, "s": 1.0, "min": 60.0, "m": 60.0, "h": 3600.0}
@@ -184,8 +184,8 @@ def request(
 def coarsest_fidelity(
     env: "Ref", task: "Ref", tolerance: float | None, decide: float | None, designs: "Sequence[Ref]"
 ) -> "FidelityChoice":
-    """See `zoobench.verify.accuracy.tolerance.choose`, whose results are loaded only if they are asked for."""
-    from zoobench.verify.accuracy.tolerance import choose
+    """See `zoobench.accuracy.tolerance.choose`, whose results are loaded only if they are asked for."""
+    from zoobench.accuracy.tolerance import choose
 
     return choose(env, task, tolerance, decide, designs)
 

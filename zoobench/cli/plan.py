@@ -36,12 +36,12 @@ def plan(
     simulator; the last lines name its source. For a suite with parts they also give the time of each part. Nothing is
     run or written.
     """
+    from zoobench.accuracy.rates import origin, rate
     from zoobench.harness import suites
     from zoobench.harness.grid import Skip
     from zoobench.report.estimate import basis_text, total_seconds
     from zoobench.report.provisional import footnotes
     from zoobench.report.views import duration, plan_listing, plan_overview
-    from zoobench.verify.accuracy.rates import origin, rate
 
     cells = asked.cells(db, coarsest_fidelity, say)
     specs = [cell for cell in cells if not isinstance(cell, Skip)]
@@ -90,7 +90,7 @@ def _part_lines(parts: Mapping[str, Collection[str]], to_do: "Sequence[tuple[Run
 
 def expected_memory(specs: Iterable[RunSpec]) -> int | None:
     """The most that the process of one of these runs takes, by measurement [bytes]; None where nothing was measured."""
-    from zoobench.verify.accuracy.rates import rate
+    from zoobench.accuracy.rates import rate
 
     places = {(spec.env, spec.fidelity) for spec in specs}
     known = [found.memory for place in places if (found := rate(*place)) is not None and found.memory]

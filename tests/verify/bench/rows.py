@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from zoobench.verify.bench.bench_rows import BenchResults, CostRow, RateRow, RunShare
+from zoobench_verify.bench.bench_rows import BenchResults, CostRow, RateRow, RunShare
 
 
 def rate_row(scene: str = "ground", asked: int = 10_000, forward: float = 6.0, **values: Any) -> RateRow:

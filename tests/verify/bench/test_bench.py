@@ -5,9 +5,9 @@ from typing import Any
 
 import pytest
 
-from zoobench.verify.bench import bench as module
-from zoobench.verify.bench.bench import BenchCase, bench
-from zoobench.verify.bench.bench_case import measure
+from zoobench_verify.bench import bench as module
+from zoobench_verify.bench.bench import BenchCase, bench
+from zoobench_verify.bench.bench_case import measure
 
 
 @pytest.mark.parametrize("frames", [0, 1])

@@ -9,8 +9,8 @@ import pytest
 
 from zoobench.cell.driving import travelling_wave
 from zoobench.sim.solver import Solver
-from zoobench.verify.bench import bench_case
-from zoobench.verify.bench.bench import BenchCase
+from zoobench_verify.bench import bench_case
+from zoobench_verify.bench.bench import BenchCase
 
 Measure = Callable[..., dict[str, Any]]
 CASE = BenchCase("ground", 60, repeats=1)

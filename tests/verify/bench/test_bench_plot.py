@@ -8,7 +8,7 @@ import pytest
 from tests.verify.bench.rows import rate_row, results, run_share
 from zoobench.errors import UsageError
 from zoobench.render import figures
-from zoobench.verify.bench.bench_plot import draw
+from zoobench_verify.bench.bench_plot import draw
 
 pytest.importorskip("matplotlib")
 

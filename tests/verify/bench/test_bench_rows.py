@@ -8,7 +8,7 @@ import pytest
 
 from tests.verify.bench.rows import results
 from zoobench.errors import UsageError
-from zoobench.verify.bench.bench_rows import read
+from zoobench_verify.bench.bench_rows import read
 
 
 def test_what_was_written_is_read(tmp_path: Path) -> None:
@@ -57,7 +57,7 @@ def test_another_file_is_refused(tmp_path: Path, text: str, message: str) -> Non
     """The message says what is wrong and how to make such a file."""
     path = tmp_path / "bench.json"
     path.write_text(text)
-    with pytest.raises(UsageError, match="zoobench bench --output") as refusal:
+    with pytest.raises(UsageError, match="zoobench verify bench --output") as refusal:
         read(path)
     assert message in str(refusal.value)
 

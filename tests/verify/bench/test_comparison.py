@@ -3,7 +3,7 @@
 import pytest
 
 from tests.verify.bench.rows import cost_row, rate_row, results, run_share
-from zoobench.verify.bench.comparison import exponent, growth, ratios, run_ratios
+from zoobench_verify.bench.comparison import exponent, growth, ratios, run_ratios
 
 
 @pytest.mark.parametrize("power", [0.8, 1.0, 1.5])

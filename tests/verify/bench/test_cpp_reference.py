@@ -10,8 +10,8 @@ from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.scene import ElasticBody, Scene
 from zoobench.sim.solver import Solver
-from zoobench.verify.bench import cpp_reference
-from zoobench.verify.bench.cpp_reference import Cube, NoReferenceError
+from zoobench_verify.bench import cpp_reference
+from zoobench_verify.bench.cpp_reference import Cube, NoReferenceError
 
 SUBSTEPS = 40  # of a control frame at the cube's step
 CUBE = Cube(edge=6, cells=10, height=0.1, gravity=-200.0)

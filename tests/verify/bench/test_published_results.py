@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from zoobench.verify.bench.bench_rows import read
+from zoobench_verify.bench.bench_rows import read
 
 ROOT = Path(__file__).parents[3]
 FILES = sorted((ROOT / "benchmarks").glob("*.json"))
@@ -17,7 +17,7 @@ def test_there_are_results() -> None:
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
 def test_published_results_can_be_compared_with(path: Path) -> None:
-    """`zoobench bench --against` reads them; they say where they come from and not on whose machine."""
+    """`zoobench verify bench --against` reads them; they say where they come from and not on whose machine."""
     results = read(path)
     assert results.rates or results.runs
     assert {"measured", "code", "cpu", "packages"} <= results.machine.keys()

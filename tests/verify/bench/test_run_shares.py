@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from zoobench.errors import UsageError, ZoobenchError
-from zoobench.verify.bench import run_shares
-from zoobench.verify.bench.run_shares import measure_run, share
+from zoobench_verify.bench import run_shares
+from zoobench_verify.bench.run_shares import measure_run, share
 
 
 def times(loading: float, launching: float, kernel: float) -> dict[str, float]:

@@ -14,10 +14,10 @@ from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.scene import Effect, Ground
 from zoobench.sim.solver import Solver
 from zoobench.spec import Ref
-from zoobench.verify.effects import effect_costs
-from zoobench.verify.effects.coverage import Coverage, StudiedScene, coverage, studied_scenes
-from zoobench.verify.effects.effect_costs import EffectCost, Ratio, costs, in_turn, shares, state_bytes, tensor_bytes
-from zoobench.verify.effects.effect_scenes import all_elastic, as_clay, pairs
+from zoobench_verify.effects import effect_costs
+from zoobench_verify.effects.coverage import Coverage, StudiedScene, coverage, studied_scenes
+from zoobench_verify.effects.effect_costs import EffectCost, Ratio, costs, in_turn, shares, state_bytes, tensor_bytes
+from zoobench_verify.effects.effect_scenes import all_elastic, as_clay, pairs
 
 SMOKE = Ref("smoke")
 

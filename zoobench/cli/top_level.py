@@ -1,0 +1,41 @@
+"""The top level of the command line: its commands, and the group that another distribution adds."""
+
+from importlib.metadata import entry_points
+from typing import Any
+
+from typer.core import TyperGroup
+from typer.main import get_command
+
+from zoobench.errors import UsageError
+
+GROUP = "zoobench.commands"
+"""Entry points of distributions that add a group of commands, each a Typer application by the name of the group."""
+
+_INSTALLABLE = ("verify",)
+_ADVICE = "Install it: pip install 'zoobench[verify]', or in a checkout: pip install ./verify"
+
+ANY_ARGUMENTS = {"ignore_unknown_options": True, "allow_extra_args": True}
+"""What the place of a group accepts that is not installed."""
+
+
+class TopLevel(TyperGroup):
+    """All commands. A group of another distribution is loaded when it is called, so that help stays fast."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> tuple[Any, Any, list[str]]:
+        """The command that the first argument names, and its arguments.
+
+        Raises:
+            UsageError: it cannot be loaded.
+        """
+        name, command, rest = super().resolve_command(ctx, args)
+        for point in entry_points(group=GROUP, name=name) if name in _INSTALLABLE else ():
+            try:
+                return name, get_command(point.load()), rest
+            except ImportError as error:
+                raise UsageError(f"The package of `zoobench {name}` cannot be loaded: {error}. {_ADVICE}") from error
+        return name, command, rest
+
+
+def verify() -> None:
+    """Verify the simulator (package zoobench-verify)."""
+    raise UsageError(f"`zoobench verify` needs the package zoobench-verify, which is not installed. {_ADVICE}")
