@@ -29,11 +29,6 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     return files
 
 
-def on_page_markdown(markdown: str, **_: Any) -> str:
-    """Name the folders outside the site that pages link to in the repository."""
-    return markdown.replace("[benchmarks](../benchmarks)", "the folder `benchmarks`")
-
-
 def notebook_page(notebook: Path) -> str:
     """A notebook in percent format as Markdown: its text, and its code in blocks."""
     _, *cells = re.split(r"^# %%", notebook.read_text(encoding="utf-8"), flags=re.MULTILINE)

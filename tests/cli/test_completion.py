@@ -29,7 +29,7 @@ def offered(zoobench: Command, monkeypatch: pytest.MonkeyPatch, line: str) -> li
         ("zoobench table --task turn", ["turning"]),
         ("zoobench plan --design cat", ["caterpillar"]),
         ("zoobench results --method rand", ["random"]),
-        ("zoobench verify bench --from", ["--from"]),
+        ("zoobench verify bench --wor", ["--worlds"]),
         ("zoobench picture --fidelity sta", ["standard"]),
         ("zoobench run --preset ppo", ["ppo"]),
         ("zoobench run --suite paper/de", ["paper/design"]),

@@ -8,11 +8,37 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from dataclasses import dataclass
 from pathlib import Path
 
 from zoobench.errors import UsageError, ZoobenchError
 from zoobench.sim.launch_clock import VARIABLE
-from zoobench_verify.bench.bench_rows import RunShare
+
+
+@dataclass(frozen=True)
+class RunShare:
+    """Where the processor time of `zoobench run` goes: of all its processes together [s].
+
+    Attributes:
+        command: the options of the run.
+        processes: that have simulated.
+        cpu_s, wall_s: of the command, from its start to its end.
+        advance_s, reverse_s, survey_s: inside these kernels.
+        launching_s: cost of the launches themselves; that of surveys is not known apart and is in `survey_s`.
+        loading_s: loading kernels from the cache, or compiling them.
+        rest_s: everything else.
+    """
+
+    command: str
+    processes: int
+    cpu_s: float
+    wall_s: float
+    advance_s: float
+    reverse_s: float
+    survey_s: float
+    launching_s: float
+    loading_s: float
+    rest_s: float
 
 
 def measure_run(options: str) -> RunShare:
@@ -66,7 +92,6 @@ def share(command: str, cpu: float, wall: float, folder: Path) -> RunShare:
         launching_s=float(overhead["launching_s"]),
         loading_s=float(overhead["loading_s"]),
         rest_s=cpu - kernels.total() - overhead.total(),
-        kernel_share=(times["advance_s"] + times["reverse_s"]) / cpu,
     )
 
 

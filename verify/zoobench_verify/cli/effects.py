@@ -21,9 +21,6 @@ TABLES = ("coverage", "costs", "shares")
 def effects(
     env: EnvOption = "*",
     fidelity: OneFidelityOption = "draft",
-    particles: Annotated[
-        int, Option("--particles", help="Choose the grids for about this many particles instead; 0: use --fidelity.")
-    ] = 0,
     repeats: Annotated[
         int, Option("--repeats", min=1, help="Number of alternating measurements with and without an effect.")
     ] = 7,
@@ -42,7 +39,7 @@ def effects(
     from zoobench_verify.effects.effect_costs import EffectCost, Share, costs, shares
 
     wanted = choose(table, TABLES, form)
-    scenes = list(studied_scenes(parse_selector(env, Kind.ENV), parse_one(fidelity, Kind.FIDELITY), particles))
+    scenes = list(studied_scenes(parse_selector(env, Kind.ENV), parse_one(fidelity, Kind.FIDELITY)))
     listings: dict[str, Listing] = {}
     measures = {"costs": (EffectCost, costs), "shares": (Share, shares)}
     with Steps(len(scenes) * len(measures.keys() & set(wanted))) as steps:

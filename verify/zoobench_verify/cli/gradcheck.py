@@ -12,10 +12,10 @@ from zoobench.cli.options import (
     OneDesignOption,
     TaskOption,
     component_option,
-    parse_counts,
 )
 from zoobench.cli.output import Format, choose, emit_several, say
 from zoobench.cli.steps import Steps
+from zoobench.errors import UsageError
 from zoobench.report.listing import listing_of
 
 TABLES = ("rows", "summary")
@@ -63,7 +63,7 @@ def gradcheck(
             steps.begin(name)
             case = GradientCase(one_env, one_task, *robot, seed)
             own: list[GradRow] = []
-            for row in check(case, parse_counts(horizons, "horizons"), directions=directions, seed=seed):
+            for row in check(case, _parse_horizons(horizons), directions=directions, seed=seed):
                 own.append(row)
                 say(f"  {name}, {row.substeps} substeps, {row.group}: relative error {row.relative_error:.1e}")
             rows += own
@@ -73,3 +73,15 @@ def gradcheck(
     emit_several({name: listings[name] for name in wanted}, form)
     if not all(row.is_right for row in rows):
         raise Exit(1)
+
+
+def _parse_horizons(text: str) -> list[int]:
+    """Read `50,200` as numbers of substeps.
+
+    Raises:
+        UsageError: something else.
+    """
+    try:
+        return [int(word) for word in text.split(",")]
+    except ValueError:
+        raise UsageError(f"Cannot read {text!r} as horizons. Write for example 50,200.") from None

@@ -5,13 +5,10 @@ from dataclasses import dataclass
 
 from zoobench import registry
 from zoobench.envs.base import Environment
-from zoobench.errors import UsageError
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.scene import Effect, MediumBed, Scene
 from zoobench.spec import Ref
-from zoobench_verify.bench.bench import check_particle_count
-from zoobench_verify.bench.bench_case import build_scene
 
 HIGH_FRICTION = 0.3
 """Coulomb coefficient from which friction counts as high [-]."""
@@ -79,21 +76,14 @@ class StudiedScene:
     fidelity: Fidelity
 
 
-def studied_scenes(envs: list[Ref], fidelity: Ref, particles: int = 0) -> Iterator[StudiedScene]:
-    """The environments at a fidelity, or, if `particles` is not 0, on grids that give about that many particles.
+def studied_scenes(envs: list[Ref], fidelity: Ref) -> Iterator[StudiedScene]:
+    """The environments at a fidelity.
 
     Raises:
-        UnknownNameError, UsageError: a name or a number that cannot be used.
+        UnknownNameError, UsageError: a name or a parameter that cannot be used.
     """
-    if particles:
-        check_particle_count(particles)
+    grid: Fidelity = registry.create(Kind.FIDELITY, fidelity)
+    body = registry.create(Kind.DESIGN, Ref("caterpillar")).body(grid)
     for env in envs:
-        if particles and env.params:
-            raise UsageError(f"The grid of {env} cannot follow from a number of particles. Leave the parameters out.")
-        if particles:
-            scene, grid = build_scene(env.name, particles, 32)
-        else:
-            grid = registry.create(Kind.FIDELITY, fidelity)
-            environment: Environment = registry.create(Kind.ENV, env)
-            scene = environment.scene(registry.create(Kind.DESIGN, Ref("caterpillar")).body(grid), grid)
-        yield StudiedScene(str(env), scene, grid)
+        environment: Environment = registry.create(Kind.ENV, env)
+        yield StudiedScene(str(env), environment.scene(body, grid), grid)

@@ -1,4 +1,4 @@
-"""The C++ reference of `bench`: it simulates what the solver does, and says so where it cannot."""
+"""The C++ reference: it simulates what the solver does, and says so where it cannot."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks import cpp_reference
+from benchmarks.cpp_reference import Cube, NoReferenceError
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.scene import ElasticBody, Scene
 from zoobench.sim.solver import Solver
-from zoobench_verify.bench import cpp_reference
-from zoobench_verify.bench.cpp_reference import Cube, NoReferenceError
 
 SUBSTEPS = 40  # of a control frame at the cube's step
 CUBE = Cube(edge=6, cells=10, height=0.1, gravity=-200.0)

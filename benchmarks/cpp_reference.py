@@ -1,7 +1,8 @@
-"""The measure of this machine: the rate of a small C++ program that simulates a cube of elastic matter.
+"""The rate of a small C++ program that simulates a cube of elastic matter: `python -m benchmarks.cpp_reference`.
 
-Rates of the simulator on two machines can be compared by their ratios to it. The program, `reference.cpp`, is compiled
-with the system's compiler and kept in the cache folder.
+It is the measure of a machine, with which rates of the simulator on others can be compared, and a second
+implementation of the method. The program, `reference.cpp`, is compiled with the system's compiler, or that of CXX, and
+kept in the cache folder.
 """
 
 import hashlib
@@ -167,3 +168,7 @@ def _compile(compiler: str, program: Path) -> None:
         raise NoReferenceError(f"{compiler} cannot compile the C++ reference: {error}") from error
     finally:
         part.unlink(missing_ok=True)
+
+
+if __name__ == "__main__":
+    print(f"{rate(build()):.3g} million particle-substeps per second of processor time")
