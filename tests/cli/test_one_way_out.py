@@ -33,7 +33,7 @@ LISTINGS = (
     ("curves",),
     ("status",),
     ("evaluate",),
-    ("plan", "--env", "ground,ground[friction=0.1]", "--task", "turning", "--seeds", "2"),
+    ("run", "--dry-run", "--env", "ground,ground[friction=0.1]", "--task", "turning", "--seeds", "2"),
     ("list",),
     ("list", "presets"),
     ("verify", "stability", "--list"),

@@ -11,19 +11,17 @@ from typer import Exit, Option
 
 from zoobench import __version__
 from zoobench.cli.app import App
+from zoobench.cli.cancel import cancel
 from zoobench.cli.components import list_components, show
 from zoobench.cli.curves import curves
+from zoobench.cli.db import db
 from zoobench.cli.design import design
 from zoobench.cli.evaluate import evaluate
-from zoobench.cli.export import export
 from zoobench.cli.leaderboard import leaderboard
-from zoobench.cli.listings import logs, results, table
+from zoobench.cli.listings import results, table
 from zoobench.cli.machine import doctor
 from zoobench.cli.new import new
 from zoobench.cli.output import replace_unknown_signs, say
-from zoobench.cli.picture import picture
-from zoobench.cli.plan import plan
-from zoobench.cli.queue import cancel, merge, remove
 from zoobench.cli.render import render
 from zoobench.cli.report import report
 from zoobench.cli.run import run
@@ -65,28 +63,23 @@ def _root(
 
 app.command("list")(list_components)
 app.command("show")(show)
-app.command("plan")(plan)
 app.command("run")(run)
-app.command("submit")(submit)
 app.command("work")(work)
 app.command("status")(status)
 app.command("cancel")(cancel)
-app.command("remove")(remove)
-app.command("merge")(merge)
-app.command("export")(export)
 app.command("results")(results)
 app.command("table")(table)
 app.command("curves")(curves)
 app.command("report")(report)
-app.command("evaluate")(evaluate)
-app.command("logs")(logs)
 app.command("render")(render)
 app.command("watch")(watch)
+app.command("evaluate")(evaluate)
+app.command("submit")(submit)
 app.command("doctor")(doctor)
-app.command("picture")(picture)
 app.command("new")(new)
-app.add_typer(design, name="design")
 app.add_typer(leaderboard, name="leaderboard")
+app.add_typer(design, name="design")
+app.add_typer(db, name="db")
 app.command("verify", add_help_option=False, context_settings=ANY_ARGUMENTS)(verify)
 
 

@@ -1,18 +1,10 @@
-"""`zoobench plan`: the runs that `run` would do, and their time. Nothing runs and nothing is written."""
+"""`zoobench run --dry-run`: the runs that would be done, and their time. Nothing runs and nothing is written."""
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from zoobench.cli.options import (
-    DEFAULT_DATABASE,
-    DatabaseOption,
-    FormatOption,
-    WorkersOption,
-    coarsest_fidelity,
-    request,
-    takes,
-)
+from zoobench.cli.options import coarsest_fidelity
 from zoobench.cli.output import Format, emit, say
 from zoobench.spec import Ref, RunSpec
 
@@ -23,18 +15,11 @@ if TYPE_CHECKING:
     from zoobench.report.estimate import Estimate, Estimator, Rate
 
 
-@takes(request)
-def plan(
-    asked: "RunRequest",
-    jobs: WorkersOption = 2,
-    db: DatabaseOption = DEFAULT_DATABASE,
-    form: FormatOption = Format.TABLE,
-) -> None:
-    """Show the runs that `run` would start, and their time.
+def show_plan(asked: "RunRequest", jobs: int, db: str, form: Format) -> None:
+    """Print the runs that are asked for, and their time.
 
-    The options are those of `run`. The estimate uses finished runs in the database, or else measured rates of the
-    simulator; the last lines name its source. For a suite with parts they also give the time of each part. Nothing is
-    run or written.
+    The estimate uses finished runs in the database, or else measured rates of the simulator; the last lines name its
+    source. For a suite with parts they also give the time of each part.
     """
     from zoobench.accuracy.rates import origin, rate
     from zoobench.harness import suites

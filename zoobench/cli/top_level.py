@@ -14,6 +14,15 @@ GROUP = "zoobench.commands"
 _INSTALLABLE = ("verify",)
 _ADVICE = "Install it: pip install 'zoobench[verify]', or in a checkout: pip install ./verify"
 
+_FORMER = {
+    **{name: f"verify {name}" for name in ("accuracy", "bench", "effects", "gradcheck", "stability", "validate")},
+    **{name: f"db {name}" for name in ("export", "merge", "remove")},
+    "logs": "show RUN --log",
+    "picture": "design picture",
+    "plan": "run --dry-run",
+}
+"""What to type in the place of former commands."""
+
 ANY_ARGUMENTS = {"ignore_unknown_options": True, "allow_extra_args": True}
 """What the place of a group accepts that is not installed."""
 
@@ -25,8 +34,10 @@ class TopLevel(TyperGroup):
         """The command that the first argument names, and its arguments.
 
         Raises:
-            UsageError: it cannot be loaded.
+            UsageError: it has another name today, or cannot be loaded.
         """
+        if args[0] in _FORMER and not ctx.resilient_parsing:
+            raise UsageError(f"`zoobench {args[0]}` has a new name: zoobench {_FORMER[args[0]]}")
         name, command, rest = super().resolve_command(ctx, args)
         for point in entry_points(group=GROUP, name=name) if name in _INSTALLABLE else ():
             try:

@@ -59,7 +59,7 @@ def test_published_levels_are_shown_and_drawn_without_a_study(zoobench: Command)
 
 def test_the_order_of_two_bodies_is_not_that_of_two_gaits(zoobench: Command) -> None:
     """Trained at draft the baby seal leads the panda by 14 to 33 %, at fine the panda leads: draft does not answer."""
-    plan = ("plan", "--env", "ground", "--task", "movement-speed", "--decide", "1.25")
+    plan = ("run", "--dry-run", "--env", "ground", "--task", "movement-speed", "--decide", "1.25")
     both = zoobench(*plan, "--design", "panda,baby-seal")
     assert "x movement-speed: draft with" not in both.err
     assert "baby-seal" in both.err

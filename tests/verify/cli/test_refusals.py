@@ -1,4 +1,4 @@
-"""Commands of studies and pictures refuse what they cannot do before they start anything."""
+"""The commands of `zoobench verify` refuse what they cannot do before they start anything."""
 
 from pathlib import Path
 
@@ -22,8 +22,6 @@ from tests.cli.conftest import Command
         ("gradcheck --horizons 0", ""),
         ("gradcheck --table all-of-them", ""),
         ("gradcheck --env ground --task turning --horizons 5 --format csv", "--table"),
-        ("picture --env dessert", "desert"),
-        ("render 1 -o run.avi", ".mp4"),
         ("stability --case one-particel", ""),
         ("stability --largest-step --case one-particle", "Leave --case and --fast out"),
         ("stability --largest-step --fast", "Leave --case and --fast out"),
@@ -33,7 +31,7 @@ from tests.cli.conftest import Command
 )
 def test_what_cannot_be_done_is_refused(zoobench: Command, tmp_path: Path, words: str, said: str) -> None:
     """Exit code 2 and the reason, with what there is instead; no file is made."""
-    reply = zoobench(*words.split())
+    reply = zoobench("verify", *words.split())
     assert reply.code == 2
     assert said in reply.err
     assert list(tmp_path.iterdir()) == []

@@ -1,62 +1,30 @@
-"""`zoobench cancel`, `remove` and `merge`: what is done with runs as a whole."""
+"""`zoobench db`: what is done with a database as a whole."""
 
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from typer import Argument, Exit, Option
 
-from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, RunsArgument
+from zoobench.cli.app import App
+from zoobench.cli.cancel import SweepOption, chosen_runs
+from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, RunsArgument, selection, takes
 from zoobench.cli.output import say
 from zoobench.errors import UsageError
+from zoobench.spec import RunSelection
 
 if TYPE_CHECKING:
     from zoobench.db.merge import MergeReport
-    from zoobench.db.rows import RunRow
-    from zoobench.db.store import Store
 
-SweepOption = Annotated[int | None, Option("--sweep", help="All runs of this sweep.")]
+db = App(no_args_is_help=True, help="Merge databases, export their results, remove runs.")
 
 
-def cancel(runs: RunsArgument = None, sweep: SweepOption = None, db: DatabaseOption = DEFAULT_DATABASE) -> None:
-    """Cancel runs that are queued or in progress.
-
-    Workers stop them within seconds. `zoobench run --retry cancelled` resumes them from their checkpoints.
-    """
-    from zoobench.db.store import Store
-
-    with Store(db, create=False) as store:
-        chosen = _chosen(store, runs, sweep)
-        cancelled = store.cancel([row.id for row in chosen])
-    say(f"{len(cancelled)} cancelled, {len(chosen) - len(cancelled)} had ended before")
+@db.callback()
+def _group() -> None:
+    """Merge databases, export their results, remove runs."""
 
 
-def remove(
-    runs: RunsArgument = None,
-    sweep: SweepOption = None,
-    yes: Annotated[bool, Option("--yes", "-y", help="Remove the runs. Without it they are only listed.")] = False,
-    db: DatabaseOption = DEFAULT_DATABASE,
-) -> None:
-    """Remove runs, and the runs that depend on them.
-
-    Their results go with them. A run depends on the runs that its settings name as start, gait or body. Scores from
-    `evaluate` are removed, too.
-    """
-    from zoobench.db.removal import dependents
-    from zoobench.db.store import Store
-    from zoobench.report.foreign_text import visible
-
-    with Store(db, create=False) as store:
-        chosen = _chosen(store, runs, sweep)
-        others = dependents(store.runs(), {row.id for row in chosen})
-        for rows, why in ((chosen, ""), (others, ", which depends on one of them")):
-            for row in rows:
-                say(visible(f"  {'removed' if yes else 'would remove'} {row.id} {row.spec}, {row.state}{why}"))
-        if not yes:
-            say("Nothing was removed. Type the same command again with --yes.")
-            return
-        store.remove([row.id for row in (*chosen, *others)])
-
-
+@db.command("merge")
 def merge(
     target: Annotated[str, Argument(help="Target database: a file, or a PostgreSQL URL.")],
     source: Annotated[str, Argument(help="Source database. It is not changed.")],
@@ -83,18 +51,64 @@ def merge(
         raise Exit(1)
 
 
-def _chosen(store: "Store", runs: list[str] | None, sweep: int | None) -> "list[RunRow]":
-    """The runs that are named, or those of a sweep.
+class Exported(StrEnum):
+    """What is exported."""
 
-    Raises:
-        UsageError: none or both are given, or there are no such runs.
+    RESULTS = "results"
+    METRICS = "metrics"
+
+
+@db.command("export")
+@takes(selection)
+def export(
+    chosen: RunSelection,
+    output: Annotated[Path, Option("--output", "-o", help="Output file, ending in .parquet.")] = Path(
+        "zoobench.parquet"
+    ),
+    what: Annotated[
+        Exported, Option("--what", help="results: a row per run; metrics: learning curves, a row per point.")
+    ] = Exported.RESULTS,
+    db: DatabaseOption = DEFAULT_DATABASE,
+) -> None:
+    """Write results to a Parquet file.
+
+    Needs the extra `parquet`. In Python, `zoobench.load("zoobench.db").results()` gives the same data as a pandas data
+    frame. `zoobench results --format csv` prints it as text.
     """
-    if bool(runs) == (sweep is not None):
-        raise UsageError("Name runs by their numbers, or give --sweep. `zoobench status` lists those in progress.")
-    found = store.runs(sweep=sweep) if sweep is not None else [store.run(name) for name in runs or ()]
-    if not found:
-        raise UsageError(f"There is no sweep {sweep} here. `zoobench run --no-wait` prints its number.")
-    return list({row.id: row for row in found}.values())
+    from zoobench.db.parquet import export_metrics, export_results
+
+    if output.suffix != ".parquet":
+        raise UsageError(f"{output} does not end in .parquet. For CSV there is `zoobench results --format csv`.")
+    count = (export_results if what is Exported.RESULTS else export_metrics)(db, output, chosen)
+    say(f"{count:,} rows in {output}")
+
+
+@db.command("remove")
+def remove(
+    runs: RunsArgument = None,
+    sweep: SweepOption = None,
+    yes: Annotated[bool, Option("--yes", "-y", help="Remove the runs. Without it they are only listed.")] = False,
+    db: DatabaseOption = DEFAULT_DATABASE,
+) -> None:
+    """Remove runs, and the runs that depend on them.
+
+    Their results go with them. A run depends on the runs that its settings name as start, gait or body. Scores from
+    `evaluate` are removed, too.
+    """
+    from zoobench.db.removal import dependents
+    from zoobench.db.store import Store
+    from zoobench.report.foreign_text import visible
+
+    with Store(db, create=False) as store:
+        chosen = chosen_runs(store, runs, sweep)
+        others = dependents(store.runs(), {row.id for row in chosen})
+        for rows, why in ((chosen, ""), (others, ", which depends on one of them")):
+            for row in rows:
+                say(visible(f"  {'removed' if yes else 'would remove'} {row.id} {row.spec}, {row.state}{why}"))
+        if not yes:
+            say("Nothing was removed. Type the same command again with --yes.")
+            return
+        store.remove([row.id for row in (*chosen, *others)])
 
 
 def _tell_merge(report: "MergeReport") -> None:
