@@ -1,5 +1,6 @@
 """The coarsest fidelity that is good enough."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -18,11 +19,13 @@ WRONG = {gait: 0.5 * score * (1.5 if number % 2 else 1.0) for number, (gait, sco
 
 
 @pytest.fixture(autouse=True)
-def _measured(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def _measured(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[None]:
     """Made-up measurements of ground, published, in the place of those that come with the package."""
     write_levels(ladder(WRONG), tmp_path / levels.PUBLISHED)
     monkeypatch.setattr(levels, "files", lambda package: tmp_path)
     levels.published.cache_clear()
+    yield
+    levels.published.cache_clear()  # or other tests would read them
 
 
 def test_what_comes_with_the_package_can_be_read(monkeypatch: pytest.MonkeyPatch) -> None:
