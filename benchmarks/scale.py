@@ -23,7 +23,7 @@ _COMMANDS = {
     "table": ["table"],
     "table of one environment": ["table", "--env", "ice"],
     "table of a suite": ["leaderboard", "show", "laptop"],
-    "plan of 4 runs": ["plan", *_PLAN],
+    "run --dry-run of 4 runs": ["run", "--dry-run", *_PLAN],
     "results of one cell": ["results", *_CELL],
     "curves of one cell": ["curves", *_CELL],
     "doctor": ["doctor"],

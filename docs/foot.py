@@ -22,8 +22,8 @@ from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.scene import Ground, Scene
 from zoobench.spec import Ref
-from zoobench.verify.validate.rig import WEIGHTLESS, Rig, bed, lattice, passive_body
-from zoobench.verify.validate.speed_control import SpeedControl
+from zoobench_verify.validate.rig import WEIGHTLESS, Rig, bed, lattice, passive_body
+from zoobench_verify.validate.speed_control import SpeedControl
 
 FILE = Path(__file__).with_suffix(".csv")
 COLUMNS = ("bed", "yield_stress_Pa", "foot", "fidelity", "depth_mm", "pressure", "drag")

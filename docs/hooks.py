@@ -29,11 +29,6 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     return files
 
 
-def on_page_markdown(markdown: str, **_: Any) -> str:
-    """Name the folders outside the site that pages link to in the repository."""
-    return markdown.replace("[benchmarks](../benchmarks)", "the folder `benchmarks`")
-
-
 def notebook_page(notebook: Path) -> str:
     """A notebook in percent format as Markdown: its text, and its code in blocks."""
     _, *cells = re.split(r"^# %%", notebook.read_text(encoding="utf-8"), flags=re.MULTILINE)
@@ -58,5 +53,6 @@ def commands() -> str:
 def _helps(command: Any, name: str, parent: Any = None) -> Iterator[tuple[str, str]]:
     context = command.context_class(command, info_name=name.split()[-1], parent=parent)
     yield name, command.get_help(context)
-    for word, child in getattr(command, "commands", {}).items():
+    for word in getattr(command, "commands", ()):
+        _, child, _ = command.resolve_command(context, [word])
         yield from _helps(child, f"{name} {word}", context)

@@ -1,8 +1,8 @@
 """Draw the small pictures of components in the reference: `python docs/pictures.py [KIND ...]` writes docs/pictures/.
 
 The kinds are envs, tasks, designs, controllers and methods; all take a minute of one core. Environments are cut out of
-docs/environments.png, which `zoobench picture --out docs` draws. Bodies of design spaces and learning curves are those
-of the published boards.
+docs/environments.png, which `zoobench design picture --out docs` draws. Bodies of design spaces and learning curves are
+those of the published boards.
 """
 
 import sys

@@ -46,7 +46,6 @@ VARIABLES: Mapping[str, tuple[str, str]] = {
     "ZOOBENCH_DEBUG": ("With any text, kernels check every access to an array against its bounds. Slow.", "off"),
     "ZOOBENCH_QUICK_COMPILE": ("With any text, kernels compile faster and run slower, as in tests.", "off"),
     "ZOOBENCH_LAUNCH_CLOCK": ("A folder into which every process writes what its kernels took.", "off"),
-    "CXX": ("The C++ compiler of `zoobench bench`.", "the first of `c++`, `g++` and `clang++` that there is"),
 }
 """What each environment variable is for, and what holds where it is not set."""
 

@@ -22,6 +22,7 @@ from zoobench.spec import Ref
 ROOT = Path(__file__).parents[1]
 PAGES = (
     "README.md",
+    "docs/performance.md",
     "docs/accuracy.md",
     "docs/accuracy-beds.md",
     "docs/accuracy-contact.md",
@@ -35,6 +36,7 @@ _PLACES = {
     "ground": "ground", "ice": "ice", "desert": "sand", "snow": "snow", "clay": "clay", "wetland": "mud",
     "ocean": "ocean",
 }  # fmt: skip
+_GUARD = "'"  # before a text that a spreadsheet would take for a formula
 _LEVELS = ("draft", "standard", "paper")
 _TASKS = {"movement-speed": "moving", "turning": "turning"}
 _MARKED = re.compile(r"(<!-- tables.py: ([a-z-]+) -->\n\n).*?(\n<!-- end -->)", re.DOTALL)
@@ -42,7 +44,7 @@ _MARKED = re.compile(r"(<!-- tables.py: ([a-z-]+) -->\n\n).*?(\n<!-- end -->)", 
 
 def accuracy() -> str:
     """A row for each place: moving, what its levels err by, what they decide and what they cost."""
-    rows = json.loads((ROOT / "zoobench/verify/accuracy/published.json").read_text(encoding="utf-8"))["levels"]
+    rows = json.loads((ROOT / "zoobench/accuracy/published.json").read_text(encoding="utf-8"))["levels"]
     found = {(row["env"], row["fidelity"]): row for row in rows if row["task"] == "movement-speed"}
     body = []
     for env, place in _PLACES.items():
@@ -177,9 +179,43 @@ def judge() -> str:
     )
 
 
+def speed() -> str:
+    """By environment and level: particles, control frames and particle-substeps per second."""
+    rows = _rows("docs/speed.csv")
+    rates = ("forward_fps", "gradient_fps", "forward_mps", "gradient_mps")
+    return _table(
+        ("environment", "level", "particles", "forward [frames/s]", "with gradient [frames/s]", "forward [M/s]",
+         "with gradient [M/s]"),
+        (
+            (row["env"], row["fidelity"], row["particles"], *(_rounded(float(row[rate])) for rate in rates))
+            for row in rows
+        ),
+    )  # fmt: skip
+
+
+def run_shares() -> str:
+    """By command: its processor time, and the percent of each part."""
+    parts = ("advance", "reverse", "survey", "launching", "loading", "rest")
+    return _table(
+        ("command", "CPU [s]", *parts),
+        (
+            (f"`run {row['command'].lstrip(_GUARD)}`", _rounded(float(row["cpu_s"])),
+             *(_percent(float(row[f"{part}_s"]) / float(row["cpu_s"])) for part in parts))
+            for row in _rows("docs/run-shares.csv")
+        ),
+    )  # fmt: skip
+
+
+def _rows(name: str) -> list[dict[str, str]]:
+    """The rows of a CSV file of the repository."""
+    with (ROOT / name).open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
 TABLES: dict[str, Callable[[], str]] = {
     "accuracy": accuracy, "softness": softness, "foot": foot, "rest-frame": rest_frame, "judge": judge,
     "firm-ground": firm_ground, "beds": beds, "bodies": bodies,
+    "speed": speed, "run-shares": run_shares,
 }  # fmt: skip
 
 

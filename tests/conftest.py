@@ -23,12 +23,13 @@ for _library in ("MKL", "OMP", "OPENBLAS"):
 for _threshold in ("MMAP", "TRIM"):
     os.environ.setdefault(f"MALLOC_{_threshold}_THRESHOLD_", str(2**30))
 
-_OF_CELLS = ("cell", "gym", "render", "cli", "conformance", "envs", "verify")
+_OF_CELLS = ("cell", "gym", "render", "cli", "conformance", "envs", "studies", "verify")
 _WITH = {
     "test_compiled_functions.py": "cell",
     "test_advection.py": "cell",
     "test_immersed.py": "cell",
     "test_energy_audit.py": "sim",
+    "test_cpp_reference.py": "sim",
 }
 """Files that need the kernels of another folder's tests, and which."""
 

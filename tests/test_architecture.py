@@ -15,6 +15,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "zoobench"
+VERIFY = ROOT / "verify" / "zoobench_verify"
 LONGEST_FILE = 500
 
 WORDS = ("api", "errors", "arrays", "files", "rounding", "spec", "inputs", "registry", "fidelities")
@@ -26,7 +27,7 @@ ALLOWED = {
     "files": "errors",
     "rounding": "",
     "__init__": "rounding api",
-    "api": "errors spec registry cell render db harness verify cli",
+    "api": "errors spec registry cell render db studies harness cli",
     "spec": "errors",
     "inputs": "errors files spec",
     "registry": "errors spec inputs",
@@ -34,6 +35,7 @@ ALLOWED = {
     "sim.kernels": "sim.model",
     "sim": "errors arrays files sim.model sim.kernels",
     "fidelities": "registry sim.model",
+    "accuracy": "errors spec registry",
     "designs": "errors arrays spec inputs registry sim.model",
     "envs": "errors arrays registry sim.model designs",
     "tasks": "errors arrays spec inputs registry",
@@ -44,14 +46,11 @@ ALLOWED = {
     "methods": "errors arrays inputs registry cell gym",
     "db": "errors spec inputs",
     "report": "errors arrays files spec registry tasks db render",
+    "studies": "errors arrays spec inputs registry sim.model tasks cell db",
     "harness": "errors spec inputs registry rounding tasks cell methods db",
-    "verify": (
-        "errors arrays files spec inputs registry sim.model sim.kernels sim designs envs tasks controllers cell db "
-        "render"
-    ),
     "testing": "errors arrays spec inputs registry sim.model controllers cell methods",
     "plugins": "errors files registry",
-    "cli": "errors files spec inputs registry cell methods db harness report render verify plugins",
+    "cli": "errors files spec inputs registry accuracy cell methods db studies harness report render plugins",
     "__main__": "cli",
 }
 """What a package, or a module of the top level, may import from, anywhere in its files: not even inside a function."""
@@ -63,15 +62,17 @@ SHARED_NAMES = {"__init__", "base"}
 """Modules of which there are several: `base.py` holds the protocol of each kind of component."""
 
 FILES = sorted(PACKAGE.rglob("*.py"))
+VERIFY_FILES = sorted(VERIFY.rglob("*.py"))
 
 
-def module_of(path: Path) -> str:
+def module_of(path: Path, package: Path = PACKAGE) -> str:
     """The dotted name of a file below the package, `sim.model.scene`."""
-    parts = path.relative_to(PACKAGE).with_suffix("").parts
+    parts = path.relative_to(package).with_suffix("").parts
     return ".".join(parts[:-1] if len(parts) > 1 and parts[-1] == "__init__" else parts)
 
 
 MODULES = {module_of(path) for path in FILES}
+VERIFY_MODULES = {module_of(path, VERIFY) for path in VERIFY_FILES}
 
 
 def package_of(module: str) -> str:
@@ -105,6 +106,11 @@ def own_imports(path: Path) -> set[str]:
     return {name.removeprefix("zoobench.") for name in imports_of(path)} & MODULES
 
 
+def verify_imports(path: Path) -> set[str]:
+    """The modules of the verification that a file imports, below its package."""
+    return {name.removeprefix("zoobench_verify.") for name in imports_of(path)} & VERIFY_MODULES
+
+
 def test_packages_import_only_what_the_plan_allows() -> None:
     """Data flows one way; a package or module that the plan does not name fails as well."""
     wrong = [
@@ -115,6 +121,13 @@ def test_packages_import_only_what_the_plan_allows() -> None:
     ]
     assert not wrong
     assert {package_of(module_of(path)) for path in FILES} == set(ALLOWED)
+
+
+def test_the_core_imports_nothing_of_the_verification() -> None:
+    """It works where the verification is not installed; a command of that is found by its entry point."""
+    names = [(module_of(path), name) for path in FILES for name in imports_of(path)]
+    assert not [f"{module} imports {name}" for module, name in names if name.partition(".")[0] == VERIFY.name]
+    assert any(own_imports(path) for path in VERIFY_FILES)
 
 
 def test_the_plan_allows_nothing_that_nobody_imports() -> None:
@@ -134,6 +147,7 @@ def test_nothing_imports_itself_by_a_detour() -> None:
     """Neither the packages of the plan nor the modules form a circle; imports for types alone count."""
     TopologicalSorter({name: row.split() for name, row in ALLOWED.items()}).prepare()
     TopologicalSorter({module_of(path): own_imports(path) - {module_of(path)} for path in FILES}).prepare()
+    TopologicalSorter({module_of(path, VERIFY): verify_imports(path) for path in VERIFY_FILES}).prepare()
     with pytest.raises(CycleError):
         TopologicalSorter({"a": ["b"], "b": ["a"]}).prepare()
 
@@ -146,6 +160,7 @@ def test_libraries_stay_where_they_belong() -> None:
         for name in {name.partition(".")[0] for name in imports_of(path)} & ONLY.keys()
         if package_of(module_of(path)) not in ONLY[name]
     ]
+    wrong += [f"{path.name} imports {name}" for path in VERIFY_FILES for name in imports_of(path) if name in ONLY]
     assert not wrong
 
 
@@ -163,13 +178,12 @@ def test_one_name_means_one_thing() -> None:
     commands and laws: those are named by subject."""
     classes = Counter(
         node.name
-        for path in FILES
+        for path in FILES + VERIFY_FILES
         for node in ast.parse(path.read_text(encoding="utf-8")).body
         if isinstance(node, ast.ClassDef) and not node.name.startswith("_")
     )
     kernels = Counter(name for path in FILES if module_of(path).startswith("sim.kernels") for name in defined_in(path))
-    by_subject = ("cli.", "sim.model.laws.", "sim.kernels.laws.")
-    modules = Counter(path.stem for path in FILES if not module_of(path).startswith(by_subject))
+    modules = Counter(path.stem for path in FILES + VERIFY_FILES if path.parent.name not in ("cli", "laws"))
     assert not [name for name, count in classes.items() if count > 1]
     assert not [name for name, count in kernels.items() if count > 1 and name not in ("LAW", "each_node")]
     assert not [name for name, count in modules.items() if count > 1 and name not in SHARED_NAMES]
@@ -177,8 +191,8 @@ def test_one_name_means_one_thing() -> None:
 
 def test_files_stay_short() -> None:
     """A file that reaches 500 lines is to be split."""
-    lengths = {module_of(path): len(path.read_text(encoding="utf-8").splitlines()) for path in FILES}
-    assert not {module: length for module, length in lengths.items() if length >= LONGEST_FILE}
+    lengths = {path: len(path.read_text(encoding="utf-8").splitlines()) for path in FILES + VERIFY_FILES}
+    assert not {path: length for path, length in lengths.items() if length >= LONGEST_FILE}
 
 
 def test_the_picture_in_the_documents_is_the_plan() -> None:

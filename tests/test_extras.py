@@ -4,11 +4,14 @@ import re
 import tomllib
 from pathlib import Path
 
+from zoobench import __version__
+
 ROOT = Path(__file__).parents[1]
 EXTRAS: dict[str, list[str]] = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"][
     "optional-dependencies"
 ]
-FOR_DEVELOPERS = {"dev", "docs"}
+FOR_DEVELOPERS = {"dev", "docs", "verify"}
+VERIFY = tomllib.loads((ROOT / "verify" / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 
 
 def test_all_holds_every_extra_of_users() -> None:
@@ -21,9 +24,16 @@ def test_all_holds_every_extra_of_users() -> None:
 
 def test_developers_have_all_of_it_by_name() -> None:
     """What an extra of users or the site needs is not listed again."""
-    assert "zoobench[all,docs]" in EXTRAS["dev"]
+    assert "zoobench[all,docs,verify]" in EXTRAS["dev"]
     listed = {item for name, items in EXTRAS.items() if name != "dev" for item in items}
     assert not listed & set(EXTRAS["dev"])
+
+
+def test_the_verification_is_of_the_same_version() -> None:
+    """It is checked with this one alone, and the extra names it."""
+    assert EXTRAS["verify"] == [VERIFY["name"]]
+    assert VERIFY["version"] == __version__
+    assert VERIFY["dependencies"] == [f"zoobench=={__version__}"]
 
 
 def test_every_extra_that_is_named_exists() -> None:

@@ -136,7 +136,7 @@ from functools import partial
 from tests.harness.helpers import fake
 from zoobench.cli.main import main
 from zoobench.harness import worker
-from zoobench.verify import doctor
+from zoobench.harness import doctor
 
 doctor._check_taichi = lambda: iter(())
 worker.WorkerOrders = partial(worker.WorkerOrders, child=fake())
@@ -188,7 +188,7 @@ def test_a_plugin_is_listed_runs_and_is_in_the_table(site: Path) -> None:
     module = site / "zoo_moon.py"
     module.write_text(GOOD.replace("Draw once.", "Draw but once."))
     more = (*cell, *size[:-1], "2")
-    replies = zoobench(site, ("run", *more, "--no-wait"), ("plan", *more), ("table",), ("work",))
+    replies = zoobench(site, ("run", *more, "--no-wait"), ("run", "--dry-run", *more), ("table",), ("work",))
     module.write_text(GOOD)
     warning = "The code of the environment moon-v1, of zoo_moon 1.0, has changed"
     assert [reply.err.count(warning) for reply in replies] == [1, 1, 1, 1]

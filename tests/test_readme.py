@@ -30,7 +30,7 @@ def test_two_commands_come_first_and_the_checks_use_the_same() -> None:
 
 
 def test_every_example_is_understood(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each `zoobench run` of the examples is a command line that `plan` accepts."""
+    """Each `zoobench run` of the examples is a command line that is accepted."""
     monkeypatch.chdir(ROOT)
     printed = "".join(blocks(GUIDE / "runs.md", "sh"))
     examples = re.findall(r"^zoobench run (.*?)(?:\s+#.*)?$", printed, flags=re.MULTILINE)
@@ -38,7 +38,7 @@ def test_every_example_is_understood(monkeypatch: pytest.MonkeyPatch) -> None:
     for example in examples:
         options = shlex.split(example.replace("--retry failed", ""))
         with pytest.raises(SystemExit) as stop:
-            main(["plan", *options, "--db", "none.db"])
+            main(["run", "--dry-run", *options, "--db", "none.db"])
         assert stop.value.code == 0, example
 
 

@@ -134,7 +134,7 @@ def evaluate(
     from zoobench.cell.loading import check_devices
     from zoobench.cli.evaluate import targets_of
     from zoobench.cli.solutions import solution_named
-    from zoobench.verify.transfer_study import transfer
+    from zoobench.studies.transfer_study import transfer
 
     found = solution_named(str(run), str(db))
     targets = targets_of(_text(env), _text(task), _text(fidelity))

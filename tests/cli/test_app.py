@@ -9,8 +9,8 @@ from tests.cli.conftest import Command
     ("words", "option"),
     [
         (["list", "envs", "--format", "json", "-f", "csv"], "--format"),
-        (["plan", "--env", "ground", "--task", "turning", "--env=ice"], "--env"),
-        (["accuracy", "run", "--seeds", "1", "--dry-run", "--seeds", "1"], "--seeds"),
+        (["run", "--dry-run", "--env", "ground", "--task", "turning", "--env=ice"], "--env"),
+        (["verify", "accuracy", "run", "--seeds", "1", "--dry-run", "--seeds", "1"], "--seeds"),
     ],
 )
 def test_repeated_option_is_refused(zoobench: Command, words: list[str], option: str) -> None:
@@ -26,7 +26,7 @@ def test_repeated_option_is_refused(zoobench: Command, words: list[str], option:
         (["run", "--frames", "many"], "'--frames': 'many' is not a"),
         (["run", "--frames", ""], "'--frames': '' is not a"),
         (["run", "--frames", "1.5"], "'--frames': '1.5' is not a"),
-        (["plan", "--tolerance", "small"], "'--tolerance': 'small' is not a"),
+        (["run", "--dry-run", "--tolerance", "small"], "'--tolerance': 'small' is not a"),
         (["run", "-j", "0"], "'--jobs' / '-j': 0 is"),
         (["render", "1", "-o", "a.gif", "--fps", "999"], "'--fps': 999"),
         (["render", "1", "-o", "a.gif", "--fps", "nan"], "'--fps': "),

@@ -14,7 +14,7 @@ from tests.cli.conftest import Command
 from tests.report.content import fill
 
 RUN = ("run", "--env", "desert", "--task", "turning")
-READERS = (("results",), ("table",), ("status",), ("show", "1"), ("logs", "1"))
+READERS = (("results",), ("table",), ("status",), ("show", "1"), ("show", "1", "--log"))
 
 
 def digest(path: Path) -> str:
@@ -60,23 +60,24 @@ def digest(path: Path) -> str:
         ([*RUN, "--memory", "two"], "Cannot read 'two' as a size of memory"),
         ([*RUN, "-j", "0"], "--jobs"),
         ([*RUN, "--retry", "everything"], "--retry"),
-        (["plan", "--env", "dessert", "--task", "turning"], "Did you mean 'desert'?"),
-        (["picture", "--fidelity", "smoke,draft"], "one fidelity is taken here"),
-        (["effects", "--env", "desert", "--fidelity", "*"], "one fidelity is taken here"),
-        (["gradcheck", "--controller", "sine-basis,sine-basis[fast=60.0]"], "one controller is taken here"),
-        (["gradcheck", "--seed", "-1"], "--seed"),
-        (["bench", "--particles", "many"], "Cannot read 'many'"),
-        (["bench", "--scenes", "dessert"], "Did you mean 'desert'?"),
-        (["bench", "--precision", "16"], "32 or 64"),
-        (["accuracy", "run", "--env", "ground", "--energy", "drft", "--dry-run"], "Did you mean 'draft'?"),
+        ([*RUN, "--format", "json"], "--format json is for --dry-run"),
+        (["show", "1", "--attempt", "2"], "Give --log, too"),
+        (["run", "--dry-run", "--env", "dessert", "--task", "turning"], "Did you mean 'desert'?"),
+        (["design", "picture", "--fidelity", "smoke,draft"], "one fidelity is taken here"),
+        (["design", "picture", "--env", "dessert"], "Did you mean 'desert'?"),
+        (["render", "1", "-o", "run.avi"], ".mp4"),
+        (["verify", "effects", "--env", "desert", "--fidelity", "*"], "one fidelity is taken here"),
+        (["verify", "gradcheck", "--controller", "sine-basis,sine-basis[fast=60.0]"], "one controller is taken here"),
+        (["verify", "gradcheck", "--seed", "-1"], "--seed"),
+        (["verify", "bench", "--env", "dessert"], "Did you mean 'desert'?"),
+        (["verify", "accuracy", "run", "--env", "ground", "--energy", "drft", "--dry-run"], "Did you mean 'draft'?"),
         (["report", "-o", "report.pdf"], "'report.pdf' does not end in .html"),
         (["status", "--db", ""], "--db '' names no database"),
         ([*RUN, "--db", ""], "--db '' names no database"),
         (["show", "best:ground/turning/caterpillar"], "is a solution on a leaderboard and no run of a database"),
-        (["merge", "", ""], "with an empty name"),
-        (["merge", "zoobench.db", ""], "with an empty name"),
+        (["db", "merge", "", ""], "with an empty name"),
+        (["db", "merge", "zoobench.db", ""], "with an empty name"),
         (["run", "--suite", "none.yaml"], "Cannot read the suite 'none.yaml': No such file or directory. Give"),
-        (["bench", "--from", "none.json"], "'none.json' holds no results of bench: No such file or directory. Write"),
     ],
 )
 def test_bad_words_are_refused_before_anything_happens(
@@ -108,7 +109,7 @@ def test_a_file_in_the_way_of_a_folder_is_named_without_numbers_of_errors(
         assert ".part" not in reply.err
 
 
-@pytest.mark.parametrize("words", [*READERS, RUN, ("plan", *RUN[1:])])
+@pytest.mark.parametrize("words", [*READERS, RUN, ("run", "--dry-run", *RUN[1:])])
 def test_a_file_that_is_no_database_is_refused_and_left_alone(
     zoobench: Command, tmp_path: Path, words: tuple[str, ...]
 ) -> None:
@@ -151,7 +152,7 @@ def test_a_missing_database_is_not_made_by_reading(zoobench: Command, tmp_path: 
 def test_an_empty_file_is_not_made_a_database_by_reading(zoobench: Command, tmp_path: Path) -> None:
     """Nor by `merge`, whose source stays as it is."""
     (tmp_path / "zoobench.db").touch()
-    for words in (("status",), ("merge", "other.db", "zoobench.db")):
+    for words in (("status",), ("db", "merge", "other.db", "zoobench.db")):
         reply = zoobench(*words)
         assert reply.code == 2
         assert "zoobench.db is empty, so no database" in reply.err
@@ -189,7 +190,7 @@ def test_an_unreadable_database_is_refused(zoobench: Command, words: tuple[str, 
         before = digest(path)
         # Answers once, so that every module is loaded before the privileges go.
         assert zoobench("results", "--db", path).code == 0
-        assert zoobench("plan", *RUN[1:], "--db", path).code == 0
+        assert zoobench("run", "--dry-run", *RUN[1:], "--db", path).code == 0
         path.chmod(0)
         with without_privileges():
             reply = zoobench(*words, "--db", path)
@@ -199,7 +200,9 @@ def test_an_unreadable_database_is_refused(zoobench: Command, words: tuple[str, 
         assert digest(path) == before
 
 
-@pytest.mark.parametrize("words", [("show", "99"), ("logs", "99"), ("logs", "abc"), ("results", "--env", "dessert")])
+@pytest.mark.parametrize(
+    "words", [("show", "99"), ("show", "99", "--log"), ("show", "abc", "--log"), ("results", "--env", "dessert")]
+)
 def test_a_run_or_name_that_the_database_has_not(zoobench: Command, database: Path, words: tuple[str, ...]) -> None:
     """A usage error, not an empty answer."""
     reply = zoobench(*words)

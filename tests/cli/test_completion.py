@@ -27,10 +27,10 @@ def offered(zoobench: Command, monkeypatch: pytest.MonkeyPatch, line: str) -> li
         ("zoobench run --env ground,ic", ["ground,ice"]),
         ("zoobench run --env desert[fri", []),
         ("zoobench table --task turn", ["turning"]),
-        ("zoobench plan --design cat", ["caterpillar"]),
+        ("zoobench run --design cat", ["caterpillar"]),
         ("zoobench results --method rand", ["random"]),
-        ("zoobench bench --from", ["--from"]),
-        ("zoobench picture --fidelity sta", ["standard"]),
+        ("zoobench verify bench --wor", ["--worlds"]),
+        ("zoobench design picture --fidelity sta", ["standard"]),
         ("zoobench run --preset ppo", ["ppo"]),
         ("zoobench run --suite paper/de", ["paper/design"]),
         ("zoobench leaderboard show lap", ["laptop"]),
@@ -49,7 +49,7 @@ def test_runs_of_the_named_database_are_completed(
 ) -> None:
     """By their numbers, wherever the database is."""
     database.rename(database.with_name("other.db"))
-    assert sorted(offered(zoobench, monkeypatch, "zoobench logs --db other.db 1")) == ["1", "10", "11", "12", "13"]
+    assert sorted(offered(zoobench, monkeypatch, "zoobench show --db other.db 1")) == ["1", "10", "11", "12", "13"]
     assert offered(zoobench, monkeypatch, "zoobench cancel 1") == []
 
 

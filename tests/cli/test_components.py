@@ -143,7 +143,7 @@ def test_a_picture_without_its_extra_is_refused_before_any_work(
     for name in ("zoobench.render.bodies.card", "zoobench.render.recording.snapshots"):
         monkeypatch.setattr(name, lambda *_, **__: pytest.fail("work before the check"))
     monkeypatch.setitem(sys.modules, "pyvista", None)
-    for words in (("show", "caterpillar", "--picture", "body.png"), ("picture", "--env", "ground")):
+    for words in (("show", "caterpillar", "--picture", "body.png"), ("design", "picture", "--env", "ground")):
         reply = zoobench(*words)
         assert (reply.code, reply.out) == (2, "")
         assert "pip install 'zoobench[render]'" in reply.err

@@ -1,4 +1,4 @@
-"""`design export`."""
+"""`design export` and `design picture`."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -103,3 +103,13 @@ def test_the_body_that_a_run_has_found_is_exported_and_drawn(zoobench: Command, 
     needs_drawing()
     assert zoobench("show", "1", "--picture", "body.png").code == 0
     assert Path("body.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_picture_prints_the_files_that_it_wrote(zoobench: Command, tmp_path: Path) -> None:
+    """One for each environment and the sheet, on standard output alone."""
+    needs_drawing()
+    reply = zoobench("design", "picture", "--env", "ground,ice", "--fidelity", "smoke", "--out", tmp_path / "made")
+    assert reply.code == 0, reply.err
+    paths = [Path(line) for line in reply.out.splitlines()]
+    assert [path.name for path in paths] == ["ground.png", "ice.png", "environments.png"]
+    assert all(path.read_bytes().startswith(b"\x89PNG") for path in paths)

@@ -16,7 +16,7 @@ from zoobench.cell.problem import Problem
 from zoobench.db.rows import Ending, FinalRow, RunState
 from zoobench.db.store import Store
 from zoobench.spec import RunSpec
-from zoobench.verify import transfer_study
+from zoobench.studies import transfer_study
 
 
 @pytest.fixture

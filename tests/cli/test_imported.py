@@ -9,7 +9,7 @@ from tests.designs.meshes import fish
 def test_plan_and_show_say_what_was_made_of_a_file(zoobench: Command) -> None:
     """Repairs, directions and thin parts, at the fidelity of the run and of the card."""
     fish(open_ends=True).export("a.stl")
-    words = ("plan", "--env", "ground", "--task", "turning", "--fidelity", "draft", "--seeds", "1")
+    words = ("run", "--dry-run", "--env", "ground", "--task", "turning", "--fidelity", "draft", "--seeds", "1")
     reply = zoobench(*words, "--design", "mesh[path=a.stl,up=auto]")
     assert reply.code == 0
     for said in (

@@ -10,13 +10,13 @@ from tests import large
 from tests.cli.conftest import Command
 from zoobench.cli.output import plain_lines
 from zoobench.db.store import Store
+from zoobench.harness import doctor
 from zoobench.report.listing import to_csv
 from zoobench.report.run_results import choose_results
 from zoobench.report.table_forms import table_listing
 from zoobench.report.tables import score_tables
 from zoobench.report.views import results_listing
 from zoobench.spec import RunSelection
-from zoobench.verify import doctor
 
 
 @pytest.fixture

@@ -20,8 +20,8 @@ from zoobench.errors import UsageError
 from zoobench.report.leaderboard import BoardRow
 from zoobench.report.leaderboard_files import publish
 from zoobench.spec import RunSpec
-from zoobench.verify import transfer_study
-from zoobench.verify.transfer_study import MisfitError, TransferRow, TransferTargets
+from zoobench.studies import transfer_study
+from zoobench.studies.transfer_study import MisfitError, TransferRow, TransferTargets
 
 COMMITTED = Path(__file__).parents[2] / "leaderboards"
 
@@ -264,7 +264,7 @@ def test_suites_are_listed(zoobench: Command) -> None:
 
 def test_plan_says_what_each_part_of_a_suite_costs(zoobench: Command) -> None:
     """In computing on one core, with what the estimate rests on, before anything is queued."""
-    reply = ok(zoobench("plan", "--suite", "paper", "--env", "ground,ice", "--seeds", "1"))
+    reply = ok(zoobench("run", "--dry-run", "--suite", "paper", "--env", "ground,ice", "--seeds", "1"))
     lines = reply.err.splitlines()
     assert [line.split()[1] for line in lines if line.startswith("  part")] == [
         "animals:",
@@ -278,7 +278,9 @@ def test_plan_says_what_each_part_of_a_suite_costs(zoobench: Command) -> None:
 
 def test_plan_shows_a_part_of_a_suite(zoobench: Command) -> None:
     """What the other options leave of it, in its order."""
-    reply = ok(zoobench("plan", "--suite", "design", "--method", "neat,random", "--seeds", "1", "--format", "json"))
+    reply = ok(
+        zoobench("run", "--dry-run", "--suite", "design", "--method", "neat,random", "--seeds", "1", "--format", "json")
+    )
     runs = [tuple(run[axis].partition("-v")[0] for axis in ("design", "method")) for run in json.loads(reply.out)]
     assert runs[:4] == [("particle", "neat"), ("particle", "random"), ("voxel", "neat"), ("voxel", "random")]
     assert len(runs) == 8
@@ -287,10 +289,10 @@ def test_plan_shows_a_part_of_a_suite(zoobench: Command) -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["plan"], "Nothing is chosen by --env and --task"),
+        (["run", "--dry-run"], "Nothing is chosen by --env and --task"),
         (["run", "--env", "ice"], "Nothing is chosen by --task"),
-        (["plan", "--suite", "labtop"], "Did you mean 'laptop'"),
-        (["plan", "--suite", "laptop", "--env", "lake"], "Unknown env in the suite 'laptop': 'lake'"),
+        (["run", "--dry-run", "--suite", "labtop"], "Did you mean 'laptop'"),
+        (["run", "--dry-run", "--suite", "laptop", "--env", "lake"], "Unknown env in the suite 'laptop': 'lake'"),
         (["run", "--suite", "laptop", "--smoke"], "A suite states every setting. Leave --smoke out"),
         (["run", "--suite", "laptop", "--preset", "paper", "--tolerance", "1"], "Leave --preset and --tolerance out"),
         (["leaderboard", "show", "smoke"], "no table shows those"),

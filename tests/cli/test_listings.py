@@ -1,4 +1,4 @@
-"""`results`, `table`, `logs` and `status`."""
+"""`results`, `table`, `show --log` and `status`."""
 
 import csv
 import io
@@ -108,14 +108,14 @@ def test_status_watch_ends_when_nothing_is_left(zoobench: Command, tmp_path: Pat
 
 def test_logs_give_the_lines_and_the_traceback(zoobench: Command, database: Path) -> None:
     """Of the failed run, on standard output."""
-    out = zoobench("logs", 10).out
+    out = zoobench("show", 10, "--log").out
     assert "a line of the child" in out
     assert "ValueError: boom" in out
 
 
 def test_logs_of_an_attempt_that_was_not_made(zoobench: Command, database: Path) -> None:
     """It is a mistake of the command line, and not silence."""
-    reply = zoobench("logs", 10, "--attempt", 9)
+    reply = zoobench("show", 10, "--log", "--attempt", 9)
     assert reply.code == 2
     assert "Run 10 has no attempt 9" in reply.err
 
@@ -141,7 +141,7 @@ def test_options_that_leave_nothing_are_refused(zoobench: Command, database: Pat
 
 def test_logs_of_a_run_that_said_nothing(zoobench: Command, database: Path) -> None:
     """It says so, and in which state the run is."""
-    assert "Run 12 is queued" in zoobench("logs", 12).err
+    assert "Run 12 is queued" in zoobench("show", 12, "--log").err
 
 
 def test_escape_sequences_of_a_run_reach_no_terminal(zoobench: Command, database: Path) -> None:
@@ -152,7 +152,8 @@ def test_escape_sequences_of_a_run_reach_no_terminal(zoobench: Command, database
         connection.execute("UPDATE attempts SET traceback = char(27) || '[2J' WHERE traceback IS NOT NULL")
         connection.execute("UPDATE attempts SET reason = char(27) || '[2J'")  # is said on standard error
     connection.close()
-    replies = [zoobench(*words) for words in (("results",), ("logs", "10"), ("show", "10"), ("logs", "\x1b[2J"))]
+    lines = (("results",), ("show", "10", "--log"), ("show", "10"), ("show", "\x1b[2J", "--log"))
+    replies = [zoobench(*words) for words in lines]
     for reply in replies:
         assert "\x1b" not in reply.out + reply.err
         assert "\x07" not in reply.out + reply.err

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from tests.cli.conftest import Command
-from zoobench.verify import doctor as examining
+from zoobench.harness import doctor as examining
 
 
 def verdicts(zoobench: Command, *words: object) -> tuple[int, dict[str, dict[str, Any]]]:

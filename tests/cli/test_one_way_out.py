@@ -33,12 +33,12 @@ LISTINGS = (
     ("curves",),
     ("status",),
     ("evaluate",),
-    ("plan", "--env", "ground,ground[friction=0.1]", "--task", "turning", "--seeds", "2"),
+    ("run", "--dry-run", "--env", "ground,ground[friction=0.1]", "--task", "turning", "--seeds", "2"),
     ("list",),
     ("list", "presets"),
-    ("stability", "--list"),
-    ("effects", "--table", "coverage", "--env", "ground"),
-    ("accuracy", "show", "--published", "--env", "ground", "--table", "levels"),
+    ("verify", "stability", "--list"),
+    ("verify", "effects", "--table", "coverage", "--env", "ground"),
+    ("verify", "accuracy", "show", "--published", "--env", "ground", "--table", "levels"),
     ("leaderboard", "show", "laptop"),
 )
 _WORDS = {

@@ -78,11 +78,11 @@ def test_a_priority_that_no_database_can_hold_is_refused(zoobench: Command, tmp_
     assert not (tmp_path / "zoobench.db").exists()
 
 
-@pytest.mark.parametrize("command", ["work", "cancel", "remove"])
-def test_a_sweep_that_no_database_can_hold_is_refused(zoobench: Command, command: str) -> None:
+@pytest.mark.parametrize("command", [("work",), ("cancel",), ("db", "remove")])
+def test_a_sweep_that_no_database_can_hold_is_refused(zoobench: Command, command: tuple[str, ...]) -> None:
     """As one that is not there is."""
     zoobench("run", *CELL, "--no-wait")
-    reply = zoobench(command, "--sweep", "99999999999999999999")
+    reply = zoobench(*command, "--sweep", "99999999999999999999")
     assert reply.code == 2
     assert "sweep=99999999999999999999 is too large for a database" in reply.err
 
@@ -107,11 +107,11 @@ def test_runs_are_removed_only_on_demand_and_with_what_needs_them(zoobench: Comm
         first = make_spec()
         for spec in (first, make_spec(method=f"diffphysics-v2[start={run_name(first.key())}]"), make_spec(seed=1)):
             add_done(store, spec, 1.0)
-    reply = zoobench("remove", "1")
+    reply = zoobench("db", "remove", "1")
     assert reply.code == 0
     assert "would remove 2" in reply.err
     assert "which depends on one of them" in reply.err
-    assert zoobench("remove", "1", "--yes").code == 0
+    assert zoobench("db", "remove", "1", "--yes").code == 0
     with Store(tmp_path / "zoobench.db") as store:
         assert [row.id for row in store.runs()] == [3]
 
@@ -124,20 +124,20 @@ def test_databases_are_merged_and_differences_named(zoobench: Command, tmp_path:
             add_done(store, make_spec(seed=int(score)), score)
             store.begin_sweep([1])
             deque(store.save_study("transfer", [StudyRow("run 1 in ice", "OK", {})], provenance={}), maxlen=0)
-    reply = zoobench("merge", "a.db", "b.db")
+    reply = zoobench("db", "merge", "a.db", "b.db")
     assert reply.code == 1
     assert reply.err.splitlines()[0] == "1 added, 1 differing"
     assert reply.err.splitlines()[-1] == "Not merged: 1 sweeps, 1 rows of transfer"
     assert "run 1 of the target and run 1 of the source differ in finals" in reply.err
-    assert zoobench("merge", "a.db", "./a.db").code == 2
-    assert zoobench("merge", "new.db", "a.db").code == 0
+    assert zoobench("db", "merge", "a.db", "./a.db").code == 2
+    assert zoobench("db", "merge", "new.db", "a.db").code == 0
     with sqlite3.connect("a.db") as connection:
         connection.execute("UPDATE runs SET digest = NULL WHERE id = 1")
     connection.close()
-    reply = zoobench("merge", "newer.db", "a.db")
+    reply = zoobench("db", "merge", "newer.db", "a.db")
     assert reply.code == 0
     assert "1 runs without a digest, whose results cannot be verified, in the target: 1" in reply.err
-    reply = zoobench("merge", "other.db", "none.db")
+    reply = zoobench("db", "merge", "other.db", "none.db")
     assert reply.code == 2
     assert reply.err.strip().endswith("There is no database none.db to take runs from. Name one that exists.")
     assert not Path("other.db").exists()
@@ -145,7 +145,7 @@ def test_databases_are_merged_and_differences_named(zoobench: Command, tmp_path:
 
 def test_results_are_exported(zoobench: Command, database: Path, tmp_path: Path) -> None:
     """To a file of the one format; another ending is refused."""
-    assert zoobench("export", "-o", "all.parquet", "--env", "ice").code == 0
+    assert zoobench("db", "export", "-o", "all.parquet", "--env", "ice").code == 0
     assert (tmp_path / "all.parquet").stat().st_size > 0
-    assert zoobench("export", "-o", "all.csv").code == 2
-    assert zoobench("export", "-o", "none/all.parquet").code == 2
+    assert zoobench("db", "export", "-o", "all.csv").code == 2
+    assert zoobench("db", "export", "-o", "none/all.parquet").code == 2

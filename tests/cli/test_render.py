@@ -74,7 +74,7 @@ def test_a_gait_is_drawn(zoobench: Command, tmp_path: Path) -> None:
     ("run", "message"),
     [
         ("1", "kept no solutions. Do it again with: zoobench run"),
-        ("9", "Run 9 is diverged and has no solution. `zoobench logs 9`"),
+        ("9", "Run 9 is diverged and has no solution. `zoobench show 9 --log`"),
         ("10", "Run 10 is failed and has no solution"),
         ("11", "Run 11 is running and has no solution yet"),
         ("12", "Run 12 is queued and has no solution yet"),

@@ -1,4 +1,4 @@
-"""`run` and `plan`, with real workers and a fake child in the simulator's place."""
+"""`run`, also with --dry-run, with real workers and a fake child in the simulator's place."""
 
 import json
 import os
@@ -54,8 +54,8 @@ def test_run_tells_its_plan_and_ends_with_the_next_command(
 def test_a_policy_for_a_design_space_is_refused_in_the_plan(zoobench: Command, tmp_path: Path) -> None:
     """Nothing of it is queued, as it would fail when it began; that nothing was run is an error."""
     words = ("--env", "ground", "--task", "turning", "--design", "voxel", "--controller", "policy-network")
-    for command in ("plan", "run"):
-        reply = zoobench(command, *words, "--method", "ppo", "--seeds", "1")
+    for dry in (("--dry-run",), ()):
+        reply = zoobench("run", *dry, *words, "--method", "ppo", "--seeds", "1")
         assert "'ppo' needs a body that is given, and the design 'voxel' is a design space" in reply.err
     assert reply.code == 2
     assert "Nothing was run" in reply.err
@@ -75,7 +75,7 @@ def test_a_method_without_its_extra_is_refused_in_the_plan(
     """With what to install; where it is there, nothing is said."""
     found = registry.find_spec
     words = ("--env", "ground", "--task", "turning", "--method", method, "--seeds", "1")
-    cell = ("plan", *words, "--design", others[0], "--controller", others[1])
+    cell = ("run", "--dry-run", *words, "--design", others[0], "--controller", others[1])
     assert "not installed" not in zoobench(*cell).err
     monkeypatch.setattr(registry, "find_spec", lambda module: None if module == library else found(module))
     reply = zoobench(*cell)
@@ -116,8 +116,8 @@ def test_the_cpu_is_no_other_fidelity(zoobench: Command) -> None:
 def test_water_on_a_grid_is_not_for_a_gpu(zoobench: Command) -> None:
     """The plan says so; water of particles is."""
     words = ("--task", "turning", "--method", "random", "--seeds", "1", "--device", "cuda")
-    assert "'ocean' is full of it" in zoobench("plan", "--env", "ocean", *words).err
-    assert "full of it" not in zoobench("plan", "--env", "ocean[water=particles]", *words).err
+    assert "'ocean' is full of it" in zoobench("run", "--dry-run", "--env", "ocean", *words).err
+    assert "full of it" not in zoobench("run", "--dry-run", "--env", "ocean[water=particles]", *words).err
 
 
 def test_a_finished_run_is_not_done_twice(zoobench: Command, pretend: Callable[..., None]) -> None:
@@ -135,7 +135,7 @@ def test_a_failed_run_gives_exit_code_1_and_is_repeated_only_on_demand(
     pretend("fail")
     reply = zoobench("run", *CELL, "--seeds", "1")
     assert reply.code == 1
-    assert "zoobench logs 1" in reply.err
+    assert "zoobench show 1 --log" in reply.err
     pretend()
     reply = zoobench("run", *CELL, "--seeds", "1")
     assert reply.code == 1
@@ -215,15 +215,15 @@ def test_an_interrupted_run_says_how_to_go_on(
 
 def test_plan_runs_nothing_and_makes_no_database(zoobench: Command, tmp_path: Path) -> None:
     """Two new runs of about a minute by the measured rates, unknown on hills where none was; the sum as talk."""
-    reply = zoobench("plan", *CELL, "--format", "json")
+    reply = zoobench("run", "--dry-run", *CELL, "--format", "json")
     records = json.loads(reply.out)
     assert [(record["seed"], record["state"]) for record in records] == [(0, "new"), (1, "new")]
     assert all(1.0 < record["estimate_s"] < 600.0 for record in records)
-    assert re.search(r"new +(\d+ min )?\d+ s\n", zoobench("plan", *CELL).out)
+    assert re.search(r"new +(\d+ min )?\d+ s\n", zoobench("run", "--dry-run", *CELL).out)
     assert "2 runs to do of 2" in reply.err
     assert "Estimated: 2 by measured rates" in reply.err
     assert re.search(r"Memory: up to [1-9][0-9]+ MiB per run", reply.err)
-    reply = zoobench("plan", "--env", "desert[relief=0.01]", *CELL[2:], "--format", "json")
+    reply = zoobench("run", "--dry-run", "--env", "desert[relief=0.01]", *CELL[2:], "--format", "json")
     assert {record["estimate_s"] for record in json.loads(reply.out)} == {None}
     assert "Estimated: 2 unknown" in reply.err
     assert "Memory" not in reply.err
@@ -236,7 +236,7 @@ def test_plan_knows_what_is_done_and_judges_by_the_past(zoobench: Command, tmp_p
     with Store(tmp_path / "zoobench.db") as store:
         assert isinstance(cells[0], RunSpec)
         add_done(store, cells[0], 1.0)
-    first, second = json.loads(zoobench("plan", *CELL, "--format", "json").out)
+    first, second = json.loads(zoobench("run", "--dry-run", *CELL, "--format", "json").out)
     assert (first["state"], second["state"]) == ("done", "new")
     assert (first["estimate_s"], round(second["estimate_s"])) == (None, 0)
 
@@ -309,6 +309,6 @@ def test_a_robot_in_its_rest_frame_is_refused_in_a_bed(zoobench: Command) -> Non
     assert reply.code == 2
     assert "moves on firm ground alone, and 'desert' has a bed" in reply.err
     assert "'ocean' has a bed or water" in reply.err
-    beside = zoobench("plan", "--env", "ground,desert", *words)
+    beside = zoobench("run", "--dry-run", "--env", "ground,desert", *words)
     assert beside.code == 0
     assert "1 runs to do of 1, 1 skipped" in beside.err

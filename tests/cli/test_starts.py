@@ -1,4 +1,4 @@
-"""`run` and `plan` with a stored run to start from."""
+"""`run`, with and without --dry-run, with a stored run to start from."""
 
 import json
 import shlex
@@ -10,13 +10,13 @@ import pytest
 from tests.cli.conftest import Command
 from tests.conformance.cells import cell
 from tests.report.content import add_done, add_ended, make_spec
+from zoobench.accuracy.tolerance import choose
 from zoobench.cell.problem import Problem
 from zoobench.db.rows import Ending, FinalRow, RunState
 from zoobench.db.store import Store
 from zoobench.harness.request import RunRequest
 from zoobench.inputs import named_run
 from zoobench.spec import RunSelection, RunSpec
-from zoobench.verify.accuracy.tolerance import choose
 
 HOME = cell(design="caterpillar")
 
@@ -62,8 +62,8 @@ def test_a_start_that_cannot_be_is_refused(
 ) -> None:
     """Before anything is queued, with the reason."""
     words = ("--env", "ice", "--task", "turning", "--smoke", "--method", f"diffphysics[start={start}]", *options)
-    for command in ("run", "plan"):
-        reply = zoobench(command, *words)
+    for dry in ((), ("--dry-run",)):
+        reply = zoobench("run", *dry, *words)
         assert reply.code == 2
         assert reason in reply.err
     with Store(database) as store:
@@ -79,4 +79,4 @@ def test_the_command_that_repeats_a_run_repeats_its_start_first(zoobench: Comman
     before, after = card["repeat"].split(" && ")
     assert "random-v1" in before
     assert f"start=run-{HOME.key()[:16]}" in after
-    assert zoobench("plan", *shlex.split(after)[2:]).code == 0
+    assert zoobench("run", "--dry-run", *shlex.split(after)[2:]).code == 0

@@ -59,10 +59,10 @@ def _both() -> RunSpec:
     ],
 )
 def test_what_cannot_be_is_refused(zoobench: Command, database: Path, options: tuple[str, ...], reason: str) -> None:
-    """Before anything is queued, with the reason, by `run` and by `plan`."""
+    """Before anything is queued, with the reason, with and without --dry-run."""
     arguments = ARGUMENTS if "--fidelity" not in options else [word for word in ARGUMENTS if word != "--smoke"]
-    for command in ("run", "plan"):
-        reply = zoobench(command, *arguments, *options)
+    for dry in ((), ("--dry-run",)):
+        reply = zoobench("run", *dry, *arguments, *options)
         assert reply.code == 2
         assert reason in " ".join(reply.err.split())
     with Store(database) as store:
@@ -72,9 +72,9 @@ def test_what_cannot_be_is_refused(zoobench: Command, database: Path, options: t
 def test_numbers_become_keys(zoobench: Command, database: Path) -> None:
     """In every axis, so that the run is the same in any database; other names of muscles are told."""
     words = (*ARGUMENTS, "--controller", "stored[run=1]", "--design")
-    (row,) = json.loads(zoobench("plan", *words, "stored[run=2]", "--format", "json").out)
+    (row,) = json.loads(zoobench("run", "--dry-run", *words, "stored[run=2]", "--format", "json").out)
     assert row["design"].startswith("stored-v1[run=")
-    reply = zoobench("plan", *words, "sdf-lerp")
+    reply = zoobench("run", "--dry-run", *words, "sdf-lerp")
     assert "The gait of block drives the muscles of sdf-lerp in their order" in reply.err or reply.code == 2
 
 
@@ -97,7 +97,7 @@ def test_a_run_with_a_stored_gait_and_body_can_be_done_shown_filmed_and_tried(
     commands = card["repeat"].split(" && ")
     assert len(commands) == 3
     assert "stored" in commands[-1]
-    assert zoobench("plan", *shlex.split(commands[-1])[2:]).code == 0
+    assert zoobench("run", "--dry-run", *shlex.split(commands[-1])[2:]).code == 0
     assert zoobench("design", "export", text, "-o", str(tmp_path / "body.npz")).code == 0
     assert zoobench("evaluate", text, "--env", "ice").code == 0
     assert zoobench("render", text, "-o", str(tmp_path / "film.npz")).code == 0

@@ -15,7 +15,7 @@ from zoobench.db.query import Reader
 from zoobench.db.rows import Batch, RunState
 from zoobench.db.store import Store
 from zoobench.errors import StorageError
-from zoobench.verify.doctor import _check_database
+from zoobench.harness.doctor import _check_database
 
 
 def _refusal(location: str) -> str:

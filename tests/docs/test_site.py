@@ -51,6 +51,7 @@ def test_the_reference_holds_all_commands_and_components(site: Path) -> None:
     commands = (site / "reference" / "commands" / "index.html").read_text(encoding="utf-8")
     assert 'id="zoobench-new"' in commands
     assert 'id="zoobench-design-export"' in commands
+    assert 'id="zoobench-verify-validate"' in commands
     components = (site / "reference" / "components" / "index.html").read_text(encoding="utf-8")
     assert not [name for kind in Kind for name in registry.names(kind) if f'id="{name}' not in components]
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from zoobench.accuracy.rates import rate
 from zoobench.cell.robot import Robot
 from zoobench.db import published
 from zoobench.errors import UnknownNameError, UsageError
@@ -15,7 +16,6 @@ from zoobench.harness.suites import Suite, read
 from zoobench.inputs import named_runs
 from zoobench.report.estimate import Estimator
 from zoobench.spec import RunSpec
-from zoobench.verify.accuracy.rates import rate
 
 COMPLETE = """
 summary: a test

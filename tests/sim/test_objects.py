@@ -16,7 +16,7 @@ from zoobench.sim.model.rollout import Gradient
 from zoobench.sim.model.scene import Effect, Ground, Scene
 from zoobench.sim.model.standing import standing
 from zoobench.sim.solver import Solver
-from zoobench.verify.energies import energy_balance
+from zoobench_verify.energies import energy_balance
 
 H = scenes.SPACING
 GRAVITY = 9.81

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from zoobench.errors import SceneError, UnknownNameError, UsageError
-from zoobench.verify.cases import Case, CaseRecorder, CaseResult, Check, Shortfall, case, cases_of, select
+from zoobench_verify.cases import Case, CaseRecorder, CaseResult, Check, Shortfall, case, cases_of, select
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from zoobench.errors import UsageError
-from zoobench.verify.comparison_figure import Figure, draw
+from zoobench_verify.comparison_figure import Figure, draw
 
 X = np.linspace(1.0, 2.0, 5)
 FIGURE = Figure("title", "time [s]", "height [m]", log="xy")

@@ -5,8 +5,8 @@ import pytest
 
 from zoobench.sim.model.laws.elastic import lame_parameters
 from zoobench.sim.solver import Solver
-from zoobench.verify.energies import energy_balance
-from zoobench.verify.stability import stability_scenes as scenes
+from zoobench_verify.energies import energy_balance
+from zoobench_verify.stability import stability_scenes as scenes
 
 
 def _block() -> scenes.ElasticBody:

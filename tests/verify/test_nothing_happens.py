@@ -7,9 +7,9 @@ import pytest
 from zoobench.sim.launcher import Launcher
 from zoobench.sim.model.launch_plan import LaunchPlan
 from zoobench.sim.model.state import Matter
-from zoobench.verify.cases import Case
-from zoobench.verify.stability import stability_suite
-from zoobench.verify.validate import validation_suite
+from zoobench_verify.cases import Case
+from zoobench_verify.stability import stability_suite
+from zoobench_verify.validate import validation_suite
 
 AT_REST = {
     "bad-matter": "refused before it runs",

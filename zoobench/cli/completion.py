@@ -27,11 +27,12 @@ def components(kind: str) -> Offer:
     return offer
 
 
-def all_components(incomplete: str) -> list[str]:
-    """Names of all kinds."""
+def components_and_runs(context: Context, incomplete: str) -> list[tuple[str, str]]:
+    """Names of all kinds, and the newest runs once a number is begun."""
     from zoobench.registry import Kind
 
-    return starting(_names(Kind), incomplete)
+    found = [(name, "") for name in starting(_names(Kind), incomplete)]
+    return found + (runs(context, incomplete) if incomplete else [])
 
 
 def suites(incomplete: str) -> list[str]:

@@ -10,6 +10,7 @@ from zoobench.cli import completion
 from zoobench.cli.kinds import KindName, kind_named
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
 from zoobench.cli.output import Format, emit, emit_facts, emit_json, print_text, say
+from zoobench.cli.run_log import print_log
 from zoobench.cli.solutions import may_be_run, names_published, names_run
 from zoobench.errors import UnknownNameError, UsageError
 from zoobench.report.listing import Listing, cell_text, listing_of
@@ -99,12 +100,14 @@ def show(
         str,
         Argument(
             help="A component (desert, diffphysics-v1), or a run: its number or key.",
-            autocompletion=completion.all_components,
+            autocompletion=completion.components_and_runs,
         ),
     ],
     picture: Annotated[
         Path | None, Option("--picture", help="Draw the body of the design or run into this PNG file.")
     ] = None,
+    log: Annotated[bool, Option("--log", help="Print the log and the traceback of the run instead.")] = False,
+    attempt: Annotated[int | None, Option("--attempt", help="With --log: number of the attempt. Default: all.")] = None,
     db: DatabaseOption = DEFAULT_DATABASE,
     form: FormatOption = Format.TABLE,
 ) -> None:
@@ -114,6 +117,11 @@ def show(
     counts. Of a run it shows state, attempts, final values, provenance, and the command that repeats it. A picture
     needs the extra `render`.
     """
+    if log:
+        print_log(name, attempt, db)
+        return
+    if attempt is not None:
+        raise UsageError("--attempt chooses a part of the log. Give --log, too.")
     if form not in (Format.TABLE, Format.JSON):
         raise UsageError(f"`zoobench show` prints no {form}. Choose table or json.")
     if names_published(name):

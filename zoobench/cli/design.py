@@ -1,4 +1,4 @@
-"""`zoobench design`: files of bodies."""
+"""`zoobench design`: files and pictures of bodies."""
 
 from pathlib import Path
 from typing import Annotated
@@ -6,18 +6,25 @@ from typing import Annotated
 from typer import Argument, Option
 
 from zoobench.cli.app import App
-from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption
+from zoobench.cli.options import (
+    DEFAULT_DATABASE,
+    DatabaseOption,
+    EnvOption,
+    OneControllerOption,
+    OneDesignOption,
+    OneFidelityOption,
+)
 from zoobench.cli.output import say
 from zoobench.cli.solutions import archive_of, body_of_run, names_run
 from zoobench.errors import UsageError
 from zoobench.spec import Ref
 
-design = App(no_args_is_help=True, help="Export bodies to files.")
+design = App(no_args_is_help=True, help="Export and draw bodies.")
 
 
 @design.callback()
 def _group() -> None:
-    """Export bodies to files."""
+    """Export and draw bodies."""
 
 
 @design.command("export")
@@ -83,3 +90,40 @@ def archive(
     write(found, out, title=title, unit=unit)
     say(f"{len(found.scores):,} elites in {found.cells ** len(found.names):,} cells")
     print(out)
+
+
+@design.command("picture")
+def picture(
+    env: EnvOption = "*",
+    out: Annotated[Path, Option("--out", help="Folder of the PNG files.")] = Path("pictures"),
+    design: OneDesignOption = "caterpillar",
+    controller: OneControllerOption = "sine-basis",
+    fidelity: OneFidelityOption = "draft",
+    frames: Annotated[int, Option("--frames", min=0, help="Control frames simulated before the picture.")] = 0,
+    seed: Annotated[int, Option("--seed", min=0, help="Seed of the controller's random parameters.")] = 0,
+) -> None:
+    """Draw a design in its environments.
+
+    Each environment has a PNG file, which shows the robot at rest or after some frames with random controller
+    parameters. With several environments, one more file shows all of them. Needs the extra `render`.
+    """
+    from zoobench.harness.grid import parse_one, parse_selector
+    from zoobench.registry import Kind
+    from zoobench.render.canvas import check_drawing
+    from zoobench.render.recording import snapshots
+    from zoobench.render.stills import draw_snapshots
+
+    check_drawing()
+    shots = []
+    for shot in snapshots(
+        parse_selector(env, Kind.ENV),
+        design=parse_one(design, Kind.DESIGN),
+        controller=parse_one(controller, Kind.CONTROLLER),
+        fidelity=parse_one(fidelity, Kind.FIDELITY),
+        frames=frames,
+        seed=seed,
+    ):
+        say(f"{shot.env}: simulated")
+        shots.append(shot)
+    for path in draw_snapshots(shots, out):
+        print(path)

@@ -15,7 +15,7 @@ from zoobench.errors import UsageError
 if TYPE_CHECKING:
     from zoobench.registry import Kind
     from zoobench.spec import Ref
-    from zoobench.verify.transfer_study import TransferRow, TransferTargets
+    from zoobench.studies.transfer_study import TransferRow, TransferTargets
 
 
 def evaluate(
@@ -46,7 +46,7 @@ def evaluate(
     from zoobench.report.labels import labels
     from zoobench.report.transfer_table import episode_listing, episode_overview
     from zoobench.spec import Ref
-    from zoobench.verify.transfer_study import stored
+    from zoobench.studies.transfer_study import stored
 
     targets = targets_of(env, task, fidelity)
     published = [solution_named(text, db) for text in runs if names_published(text)]
@@ -79,7 +79,7 @@ def targets_of(env: str, task: str, fidelity: str) -> "TransferTargets":
         UnknownNameError, UsageError: a text stands for no component.
     """
     from zoobench.registry import Kind
-    from zoobench.verify.transfer_study import TransferTargets
+    from zoobench.studies.transfer_study import TransferTargets
 
     return TransferTargets(_refs(env, Kind.ENV), _refs(task, Kind.TASK), _refs(fidelity, Kind.FIDELITY))
 
@@ -121,7 +121,7 @@ def _show(db: str, form: Format, others: list[str]) -> None:
 
 
 def _all(solutions: Iterable[NamedSolution], targets: "TransferTargets") -> "Iterator[TransferRow]":
-    from zoobench.verify.transfer_study import transfer
+    from zoobench.studies.transfer_study import transfer
 
     for each in solutions:
         yield from transfer(each.name if each.run is None else each.run.id, each.spec, each.params, targets)

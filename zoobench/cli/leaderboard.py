@@ -78,7 +78,7 @@ def _lengthen(suite: str, db: str) -> None:
     from zoobench.harness.starts import look_in, solution_of
     from zoobench.report.lasting import TIMES
     from zoobench.report.leaderboard import best_of_rows
-    from zoobench.verify.lasting_study import LastingRow, lasting, stored
+    from zoobench.studies.lasting_study import LastingRow, lasting, stored
 
     look_in(db)
     specs = [row.spec for row in best_of_rows(_board_of(suite, db).rows, by_method=True) if row.lasting is None]
@@ -102,7 +102,7 @@ def _lengthen_published(suite: str, folder: Path) -> None:
     """The same with the solutions that the folder's export of a suite holds, whose pages are written anew."""
     from zoobench.report import leaderboard_files
     from zoobench.report.lasting import TIMES, Lasting
-    from zoobench.verify.lasting_study import lasting
+    from zoobench.studies.lasting_study import lasting
 
     board = leaderboard_files.read_export(folder, suite)
     chosen = [row for row in board.rows if row.solution is not None and row.lasting is None]
@@ -126,7 +126,7 @@ def _refine(suite: str, db: str) -> None:
     from zoobench.db.store import Store
     from zoobench.harness.starts import solution_of
     from zoobench.spec import Ref
-    from zoobench.verify.transfer_study import MisfitError, TransferRow, TransferTargets, stored, transfer
+    from zoobench.studies.transfer_study import MisfitError, TransferRow, TransferTargets, stored, transfer
 
     misfits: set[RunSpec] = set()
 
@@ -149,8 +149,8 @@ def _refine(suite: str, db: str) -> None:
 
 def _unconfirmed(board: "Leaderboard") -> "list[tuple[RunSpec, Ref]]":
     """The best runs of the board's rows and methods without a finer score, each with where to evaluate it next."""
+    from zoobench.accuracy.ladder import next_finer
     from zoobench.report.leaderboard import best_of_rows
-    from zoobench.verify.accuracy.plan import next_finer
 
     found = []
     for row in best_of_rows(board.rows, by_method=True):

@@ -1,7 +1,6 @@
-"""`zoobench results`, `table` and `logs`: the results of runs in a database."""
+"""`zoobench results` and `table`: the results of runs in a database."""
 
 import math
-from datetime import datetime
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
@@ -12,7 +11,6 @@ from zoobench.cli.options import (
     DEFAULT_DATABASE,
     DatabaseOption,
     FormatOption,
-    RunArgument,
     UnitOption,
     selection,
     takes,
@@ -149,12 +147,12 @@ def table(
     """
     from dataclasses import replace
 
+    from zoobench.accuracy.tolerance import orders
     from zoobench.db.store import Store
     from zoobench.report.equal_costs import stored_tables
     from zoobench.report.footer import footer
     from zoobench.report.run_results import choose_results
     from zoobench.report.undecided import footnotes, mark_undecided
-    from zoobench.verify.accuracy.tolerance import orders
 
     if look.options() and form in (Format.CSV, Format.JSON):
         raise UsageError(FOR_PEOPLE.format(look.options()[0], form))
@@ -189,31 +187,6 @@ def _changed_code(store: "Store", tables: "list[Table]", origins: "list[OriginRo
         return []
     runs = store.runs(ids=[run for table in tables for run in table.runs])
     return list(changed_plugins((run.spec for run in runs), stored))
-
-
-def logs(
-    run: RunArgument,
-    attempt: Annotated[int | None, Option("--attempt", help="Number of the attempt. Default: all.")] = None,
-    db: DatabaseOption = DEFAULT_DATABASE,
-) -> None:
-    """Print the log of a run and its traceback."""
-    from zoobench.db.store import Store
-
-    with Store(db, create=False) as store:
-        found = store.run(run)
-        lines = store.logs(found.id, attempt=attempt)
-        attempts = [item for item in store.attempts(found.id) if attempt in (None, item.number)]
-    if attempt is not None and not attempts:
-        raise UsageError(f"Run {found.id} has no attempt {attempt}. `zoobench show {found.id}` lists its attempts.")
-    for item in attempts:
-        say(f"attempt {item.number} of run {found.id}: {item.outcome}{f', {item.reason}' if item.reason else ''}")
-        for line in lines:
-            if line.attempt == item.number:
-                print_text(f"{datetime.fromtimestamp(line.at):%H:%M:%S}  {line.text}")
-        if item.traceback:
-            print_text(item.traceback.rstrip())
-    if not lines and not any(item.traceback for item in attempts):
-        say(f"Run {found.id} is {found.state} and has no log output.")
 
 
 def _spending_flags(by: Currency | None, at: float | None) -> list[str]:

@@ -21,7 +21,7 @@ def doctor(
     is a problem. --repair restores damaged settings, removes runs whose settings cannot be restored, and queues
     runs whose results have changed.
     """
-    from zoobench.verify.doctor import Verdict, examine
+    from zoobench.harness.doctor import Verdict, examine
 
     if mend:
         from zoobench.db.store import Store

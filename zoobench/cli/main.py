@@ -10,31 +10,24 @@ from typing import Annotated
 from typer import Exit, Option
 
 from zoobench import __version__
-from zoobench.cli.accuracy import accuracy
 from zoobench.cli.app import App
-from zoobench.cli.bench import bench
+from zoobench.cli.cancel import cancel
 from zoobench.cli.components import list_components, show
 from zoobench.cli.curves import curves
+from zoobench.cli.db import db
 from zoobench.cli.design import design
-from zoobench.cli.effects import effects
 from zoobench.cli.evaluate import evaluate
-from zoobench.cli.export import export
-from zoobench.cli.gradcheck import gradcheck
 from zoobench.cli.leaderboard import leaderboard
-from zoobench.cli.listings import logs, results, table
+from zoobench.cli.listings import results, table
 from zoobench.cli.machine import doctor
 from zoobench.cli.new import new
 from zoobench.cli.output import replace_unknown_signs, say
-from zoobench.cli.picture import picture
-from zoobench.cli.plan import plan
-from zoobench.cli.queue import cancel, merge, remove
 from zoobench.cli.render import render
 from zoobench.cli.report import report
 from zoobench.cli.run import run
-from zoobench.cli.stability import stability
 from zoobench.cli.status import status
 from zoobench.cli.submit import submit
-from zoobench.cli.validate import validate
+from zoobench.cli.top_level import ANY_ARGUMENTS, TopLevel, verify
 from zoobench.cli.watch import watch
 from zoobench.cli.work import work
 from zoobench.errors import ZoobenchError
@@ -42,6 +35,7 @@ from zoobench.errors import ZoobenchError
 _GARBAGE_EVERY = 100_000  # new objects between two searches for garbage
 
 app = App(
+    cls=TopLevel,
     context_settings={"help_option_names": ["-h", "--help"]},
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -69,34 +63,24 @@ def _root(
 
 app.command("list")(list_components)
 app.command("show")(show)
-app.command("plan")(plan)
 app.command("run")(run)
-app.command("submit")(submit)
 app.command("work")(work)
 app.command("status")(status)
 app.command("cancel")(cancel)
-app.command("remove")(remove)
-app.command("merge")(merge)
-app.command("export")(export)
 app.command("results")(results)
 app.command("table")(table)
 app.command("curves")(curves)
 app.command("report")(report)
-app.command("evaluate")(evaluate)
-app.command("logs")(logs)
 app.command("render")(render)
 app.command("watch")(watch)
+app.command("evaluate")(evaluate)
+app.command("submit")(submit)
 app.command("doctor")(doctor)
-app.command("bench")(bench)
-app.command("gradcheck")(gradcheck)
-app.command("effects")(effects)
-app.command("picture")(picture)
-app.command("stability")(stability)
-app.command("validate")(validate)
 app.command("new")(new)
-app.add_typer(accuracy, name="accuracy")
-app.add_typer(design, name="design")
 app.add_typer(leaderboard, name="leaderboard")
+app.add_typer(design, name="design")
+app.add_typer(db, name="db")
+app.command("verify", add_help_option=False, context_settings=ANY_ARGUMENTS)(verify)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -15,9 +15,9 @@ from zoobench.errors import UsageError
 from zoobench.spec import RunSelection
 
 if TYPE_CHECKING:
+    from zoobench.accuracy.tolerance import FidelityChoice
     from zoobench.harness.request import RunRequest
     from zoobench.spec import Ref
-    from zoobench.verify.accuracy.tolerance import FidelityChoice
 
 DEFAULT_DATABASE = "zoobench.db"
 _UNITS = {"": 1.0, "s": 1.0, "min": 60.0, "m": 60.0, "h": 3600.0}
@@ -53,7 +53,6 @@ def _run_argument(text: str, offer: Any = completion.runs) -> Any:
 
 _OR_BEST = "; or best:ENV/TASK/DESIGN, the best solution on a leaderboard."
 
-RunArgument = Annotated[str, _run_argument("A run: its number, or the start of its key.")]
 RunsArgument = Annotated[list[str] | None, _run_argument("Runs: their numbers, or the starts of their keys.")]
 DoneRunArgument = Annotated[
     str, _run_argument(f"A finished run: its number, or the start of its key{_OR_BEST}", completion.solutions)
@@ -184,8 +183,8 @@ def request(
 def coarsest_fidelity(
     env: "Ref", task: "Ref", tolerance: float | None, decide: float | None, designs: "Sequence[Ref]"
 ) -> "FidelityChoice":
-    """See `zoobench.verify.accuracy.tolerance.choose`, whose results are loaded only if they are asked for."""
-    from zoobench.verify.accuracy.tolerance import choose
+    """See `zoobench.accuracy.tolerance.choose`, whose results are loaded only if they are asked for."""
+    from zoobench.accuracy.tolerance import choose
 
     return choose(env, task, tolerance, decide, designs)
 
@@ -212,18 +211,6 @@ def takes(*builds: Callable[..., Any]) -> Callable[[Callable[..., None]], Callab
 def parse_names(text: str) -> list[str]:
     """Read `ice, desert` as names or globs."""
     return [name.strip() for name in text.split(",")]
-
-
-def parse_counts(text: str, what: str) -> list[int]:
-    """Read `1000,10000` as whole numbers; the message of an error says what they count.
-
-    Raises:
-        UsageError: something else.
-    """
-    try:
-        return [int(word) for word in text.split(",")]
-    except ValueError:
-        raise UsageError(f"Cannot read {text!r} as {what}. Write for example 1000,10000.") from None
 
 
 def command_text(*words: str, db: str) -> str:

@@ -1,18 +1,10 @@
-"""`zoobench plan`: the runs that `run` would do, and their time. Nothing runs and nothing is written."""
+"""`zoobench run --dry-run`: the runs that would be done, and their time. Nothing runs and nothing is written."""
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from zoobench.cli.options import (
-    DEFAULT_DATABASE,
-    DatabaseOption,
-    FormatOption,
-    WorkersOption,
-    coarsest_fidelity,
-    request,
-    takes,
-)
+from zoobench.cli.options import coarsest_fidelity
 from zoobench.cli.output import Format, emit, say
 from zoobench.spec import Ref, RunSpec
 
@@ -23,25 +15,18 @@ if TYPE_CHECKING:
     from zoobench.report.estimate import Estimate, Estimator, Rate
 
 
-@takes(request)
-def plan(
-    asked: "RunRequest",
-    jobs: WorkersOption = 2,
-    db: DatabaseOption = DEFAULT_DATABASE,
-    form: FormatOption = Format.TABLE,
-) -> None:
-    """Show the runs that `run` would start, and their time.
+def show_plan(asked: "RunRequest", jobs: int, db: str, form: Format) -> None:
+    """Print the runs that are asked for, and their time.
 
-    The options are those of `run`. The estimate uses finished runs in the database, or else measured rates of the
-    simulator; the last lines name its source. For a suite with parts they also give the time of each part. Nothing is
-    run or written.
+    The estimate uses finished runs in the database, or else measured rates of the simulator; the last lines name its
+    source. For a suite with parts they also give the time of each part.
     """
+    from zoobench.accuracy.rates import origin, rate
     from zoobench.harness import suites
     from zoobench.harness.grid import Skip
     from zoobench.report.estimate import basis_text, total_seconds
     from zoobench.report.provisional import footnotes
     from zoobench.report.views import duration, plan_listing, plan_overview
-    from zoobench.verify.accuracy.rates import origin, rate
 
     cells = asked.cells(db, coarsest_fidelity, say)
     specs = [cell for cell in cells if not isinstance(cell, Skip)]
@@ -90,7 +75,7 @@ def _part_lines(parts: Mapping[str, Collection[str]], to_do: "Sequence[tuple[Run
 
 def expected_memory(specs: Iterable[RunSpec]) -> int | None:
     """The most that the process of one of these runs takes, by measurement [bytes]; None where nothing was measured."""
-    from zoobench.verify.accuracy.rates import rate
+    from zoobench.accuracy.rates import rate
 
     places = {(spec.env, spec.fidelity) for spec in specs}
     known = [found.memory for place in places if (found := rate(*place)) is not None and found.memory]

@@ -42,10 +42,11 @@ def report(
     out, and so are rows beyond the first 200 or beyond 2,500 runs. Needs the extra `report`; stills and films also need
     `render`.
     """
+    from zoobench.accuracy.levels import published
+    from zoobench.accuracy.tolerance import error_at
     from zoobench.files import replace_files
     from zoobench.report.page.html import check_tools, page
     from zoobench.report.page.sections import Level
-    from zoobench.verify.accuracy.tolerance import error_at, published
 
     if output.suffix.lower() not in (".html", ".htm"):
         raise UsageError(f"{str(output)!r} does not end in .html, the format of the report. Choose such a name.")
@@ -91,6 +92,7 @@ def _database_section(db: str, chosen: RunSelection, output: Path, stills: int, 
     """
     from dataclasses import replace
 
+    from zoobench.accuracy.tolerance import orders
     from zoobench.db.store import Store
     from zoobench.harness.starts import solution_of
     from zoobench.report.cells import read_cells
@@ -101,7 +103,6 @@ def _database_section(db: str, chosen: RunSelection, output: Path, stills: int, 
     from zoobench.report.run_results import results_of
     from zoobench.report.tables import tables_of_cells
     from zoobench.report.undecided import footnotes, mark_undecided
-    from zoobench.verify.accuracy.tolerance import orders
 
     with Store(db, create=False) as store:
         cells = read_cells(store, chosen)
@@ -166,9 +167,9 @@ def _leaderboards(folder: Path, stills: int, films: int) -> "tuple[list[Section]
     """
     from dataclasses import replace
 
+    from zoobench.accuracy.tolerance import orders
     from zoobench.report.leaderboard_files import read_exports
     from zoobench.report.page.sections import best_runs, section_of
-    from zoobench.verify.accuracy.tolerance import orders
 
     boards, mark = read_exports(folder)
     sections = []

@@ -20,8 +20,8 @@ from zoobench.cli.options import (
     request,
     takes,
 )
-from zoobench.cli.output import say
-from zoobench.cli.plan import expected_memory
+from zoobench.cli.output import Format, say
+from zoobench.cli.plan import expected_memory, show_plan
 from zoobench.errors import UsageError
 from zoobench.spec import AXES
 
@@ -69,13 +69,21 @@ def run(
         ),
     ] = "here",
     no_wait: Annotated[bool, Option("--no-wait", help="Only queue the runs. `zoobench work` executes them.")] = False,
+    dry: Annotated[bool, Option("--dry-run", help="Show the runs and their time. Start and write nothing.")] = False,
     db: DatabaseOption = DEFAULT_DATABASE,
+    form: Annotated[Format, Option("--format", "-f", help="Output format of --dry-run.")] = Format.TABLE,
 ) -> None:
     """Run every combination that has no result yet.
 
     After an interruption, the same command resumes every run from its last checkpoint. The preset or the suite sets
-    the options that are not given.
+    the options that are not given. The time of --dry-run is estimated from finished runs in the database, or else from
+    measured rates of the simulator; its last lines name the source, and the time of each part of a suite.
     """
+    if dry:
+        show_plan(asked, jobs, db, form)
+        return
+    if form is not Format.TABLE:
+        raise UsageError(f"--format {form} is for --dry-run. `zoobench results --format {form}` prints what was run.")
     from zoobench.cell.loading import check_devices
     from zoobench.cell.memory import allow
     from zoobench.harness.engines import engine_named
@@ -223,7 +231,7 @@ def _conclude(rows: "list[RunRow]", failed_before: set[int], db: str, *, is_smok
         states = [row.state for row in rows]
         say(counts_text({state: states.count(state) for state in states}))
     for row in failed:
-        say(f"  why run {row.id} {row.state}: {command_text('logs', str(row.id), db=db)}")
+        say(f"  why run {row.id} {row.state}: {command_text('show', str(row.id), '--log', db=db)}")
     say(f"Next: {command_text('results' if is_smoke else 'table', db=db)}")
     if failed or failed_before:
         raise Exit(1)

@@ -41,6 +41,6 @@ def narrowed(
         options = [*selection.options()[::2], *("--seeds" if name == "seed" else f"--{name}" for name in given)]
         raise UsageError(
             f"No run in the suite {suite.name!r} is all that {', '.join(options)} ask for. Leave one of them out, "
-            f"or look with `zoobench plan --suite {suite.source}`."
+            f"or look with `zoobench run --suite {suite.source} --dry-run`."
         )
     return left

@@ -171,7 +171,7 @@ def solution_of(reader: "Reader", run: "RunRow") -> tuple[float, ...]:
             f"Run {run.id} is {run.state} and has no solution yet. Wait until `zoobench status` counts it as done."
         )
     if run.state is not RunState.DONE:
-        raise UsageError(f"Run {run.id} is {run.state} and has no solution. `zoobench logs {run.id}` says why.")
+        raise UsageError(f"Run {run.id} is {run.state} and has no solution. `zoobench show {run.id} --log` says why.")
     params = reader.solution(run.id)
     if params is None:
         raise UsageError(

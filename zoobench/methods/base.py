@@ -75,7 +75,7 @@ class Method(Protocol):
 
     One that needs gradients is registered with the tag `gradient`; cells without gradients are skipped with a reason.
     It may have `work(frames: int) -> Work`, the work of an iteration with episodes of so many control frames; without
-    it `zoobench plan` has nothing to estimate from before the first run is done.
+    it `zoobench run --dry-run` has nothing to estimate from before the first run is done.
     """
 
     def run(self, problem: Problem, context: RunContext) -> Solution:

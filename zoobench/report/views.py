@@ -1,4 +1,4 @@
-"""Listings of runs: what `results`, `status` and `plan` print, and the card of one run."""
+"""Listings of runs: what `results`, `status` and `run --dry-run` print, and the card of one run."""
 
 import math
 import time

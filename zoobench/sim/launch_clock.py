@@ -1,4 +1,4 @@
-"""Processor time inside a launcher's calls, measured from outside, for `zoobench bench`.
+"""Processor time inside a launcher's calls, measured from outside, for `zoobench verify bench`.
 
 With ZOOBENCH_LAUNCH_CLOCK=FOLDER in the environment every process that simulates writes into that folder what it has
 spent in its launches, as `PID.json`, when it ends.

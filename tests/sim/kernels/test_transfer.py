@@ -26,7 +26,7 @@ from zoobench.sim.model.lattice import fill_box
 from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.solver import Solver
-from zoobench.verify.validate.waves import fit_decay
+from zoobench_verify.validate.waves import fit_decay
 
 H = scenes.SPACING
 NEW = scenes.COMBINATIONS[1:]

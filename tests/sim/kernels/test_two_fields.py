@@ -11,7 +11,7 @@ from zoobench.errors import SceneError
 from zoobench.sim.model.fidelity import Transfer
 from zoobench.sim.model.scene import Ground, Scene
 from zoobench.sim.solver import Solver
-from zoobench.verify.energies import energy_balance
+from zoobench_verify.energies import energy_balance
 
 SPEED = np.array([0.3, -0.5, 0.1])
 ALONG = (0, 2)

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from zoobench import registry
 from zoobench.registry import Kind
 from zoobench.spec import Ref
-from zoobench.verify.accuracy.plan import other_transfer
-from zoobench.verify.accuracy.records import Balance, Measurements, Numbers, Sample
+from zoobench_verify.accuracy.plan import other_transfer
+from zoobench_verify.accuracy.records import Balance, Measurements, Numbers, Sample
 
 TASK = "movement-speed"
 LEVELS = ("draft", "standard", "paper")

@@ -10,10 +10,10 @@ import pytest
 from tests.verify.accuracy.study import balance, ladder
 from zoobench.errors import UsageError
 from zoobench.render import figures
-from zoobench.verify.accuracy.accuracy_plots import draw, draw_energy
-from zoobench.verify.accuracy.analyse import analyse
-from zoobench.verify.accuracy.energy_rows import energies
-from zoobench.verify.accuracy.records import Measurements
+from zoobench_verify.accuracy.accuracy_plots import draw, draw_energy
+from zoobench_verify.accuracy.analyse import analyse
+from zoobench_verify.accuracy.energy_rows import energies
+from zoobench_verify.accuracy.records import Measurements
 
 
 def test_one_picture_has_a_panel_for_each_environment(tmp_path: Path) -> None:
@@ -53,7 +53,7 @@ def test_bars_are_as_long_as_their_shares(tmp_path: Path) -> None:
 
 def test_nothing_to_draw_is_said(tmp_path: Path) -> None:
     """With the command to use first."""
-    with pytest.raises(UsageError, match="zoobench accuracy"):
+    with pytest.raises(UsageError, match="zoobench verify accuracy"):
         draw_energy([], tmp_path, level="draft")
-    with pytest.raises(UsageError, match="zoobench accuracy"):
+    with pytest.raises(UsageError, match="zoobench verify accuracy"):
         draw([], tmp_path)

@@ -3,11 +3,11 @@
 from dataclasses import replace
 
 from tests.verify.accuracy.study import TASK, balance, ladder, sample, scaled
-from zoobench.verify.accuracy.accuracy_tables import energy_table, knob_table, level_table, matrix_table, short_table
-from zoobench.verify.accuracy.analyse import analyse
-from zoobench.verify.accuracy.energy_rows import energies
-from zoobench.verify.accuracy.pairs import KeptOrders
-from zoobench.verify.accuracy.records import Measurements
+from zoobench.accuracy.levels import KeptOrders
+from zoobench_verify.accuracy.accuracy_tables import energy_table, knob_table, level_table, matrix_table, short_table
+from zoobench_verify.accuracy.analyse import analyse
+from zoobench_verify.accuracy.energy_rows import energies
+from zoobench_verify.accuracy.records import Measurements
 
 
 def test_every_table_is_rectangular_and_says_what_was_measured() -> None:

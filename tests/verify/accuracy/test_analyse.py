@@ -6,9 +6,10 @@ from dataclasses import replace
 import pytest
 
 from tests.verify.accuracy.study import LEVELS, LIMITS, TWIN, ladder, sample, scaled
+from zoobench.accuracy.levels import LevelRow
 from zoobench.spec import Ref
-from zoobench.verify.accuracy.analyse import LevelRow, analyse
-from zoobench.verify.accuracy.records import RANDOM, Measurements
+from zoobench_verify.accuracy.analyse import analyse
+from zoobench_verify.accuracy.records import RANDOM, Measurements
 
 
 def rows(measurements: Measurements) -> dict[str, LevelRow]:

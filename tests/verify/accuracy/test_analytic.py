@@ -8,9 +8,9 @@ from dataclasses import asdict, replace
 import pytest
 
 from zoobench.errors import UnknownNameError, UsageError
-from zoobench.verify.accuracy.analytic import AnalyticRow, analytic, case_names, figure, summarise
-from zoobench.verify.cases import select
-from zoobench.verify.validate.validation_suite import CASES
+from zoobench_verify.accuracy.analytic import AnalyticRow, analytic, case_names, figure, summarise
+from zoobench_verify.cases import select
+from zoobench_verify.validate.validation_suite import CASES
 
 
 @pytest.fixture(scope="module")

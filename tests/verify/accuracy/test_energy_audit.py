@@ -16,9 +16,9 @@ from zoobench.sim.model.scene import Ground, Scene
 from zoobench.sim.model.standing import standing
 from zoobench.sim.solver import Rollout, Solver
 from zoobench.spec import RunSpec
-from zoobench.verify.accuracy import energy_audit
-from zoobench.verify.accuracy.energy_audit import Losses, balance, balances, follow
-from zoobench.verify.energies import EnergyBalance, energy_balance
+from zoobench_verify.accuracy import energy_audit
+from zoobench_verify.accuracy.energy_audit import Losses, balance, balances, follow
+from zoobench_verify.energies import EnergyBalance, energy_balance
 
 MATERIAL = ElasticMaterial(youngs_modulus=1e5, poissons_ratio=0.2, density=1000.0)
 UPPER = (1.0, 0.5, 0.5)

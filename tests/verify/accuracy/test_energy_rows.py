@@ -6,8 +6,8 @@ import pytest
 
 from tests.verify.accuracy.study import balance
 from zoobench.spec import Ref
-from zoobench.verify.accuracy.energy_rows import energies
-from zoobench.verify.accuracy.records import Measurements
+from zoobench_verify.accuracy.energy_rows import energies
+from zoobench_verify.accuracy.records import Measurements
 
 
 def test_energy_is_shared_out_among_where_it_went() -> None:

@@ -8,8 +8,8 @@ import pytest
 from tests.sim import scenes
 from zoobench.sim.model.fidelity import Kernel
 from zoobench.sim.solver import Solver
-from zoobench.verify.accuracy.grid_rates import grid_rates
-from zoobench.verify.energies import to_array
+from zoobench_verify.accuracy.grid_rates import grid_rates
+from zoobench_verify.energies import to_array
 
 
 @pytest.mark.parametrize("kernel", get_args(Kernel))

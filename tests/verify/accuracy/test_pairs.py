@@ -6,9 +6,10 @@ from dataclasses import replace
 import pytest
 
 from tests.verify.accuracy.study import LIMITS, ladder, other_body, sample
-from zoobench.verify.accuracy.analyse import LevelRow, analyse
-from zoobench.verify.accuracy.pairs import NEIGHBOURS, deciding
-from zoobench.verify.accuracy.records import Numbers, Sample
+from zoobench.accuracy.levels import LevelRow
+from zoobench_verify.accuracy.analyse import analyse
+from zoobench_verify.accuracy.pairs import NEIGHBOURS, deciding
+from zoobench_verify.accuracy.records import Numbers, Sample
 
 
 def rows(*others: Sample, draft: Numbers | None = None) -> dict[str, LevelRow]:

@@ -12,8 +12,8 @@ from zoobench.db.store import Store
 from zoobench.errors import UsageError
 from zoobench.registry import Kind, short
 from zoobench.spec import Ref
-from zoobench.verify.accuracy.plan import StudyPlan, evaluations, trainings
-from zoobench.verify.accuracy.records import ENERGY_STUDY, from_reader, read, stored, write
+from zoobench_verify.accuracy.plan import StudyPlan, evaluations, trainings
+from zoobench_verify.accuracy.records import ENERGY_STUDY, from_reader, read, stored, write
 
 
 def test_a_file_gives_back_what_was_written(tmp_path: Path) -> None:

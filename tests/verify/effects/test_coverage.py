@@ -8,16 +8,15 @@ import pytest
 
 from zoobench import registry
 from zoobench.envs.base import BED_THICKNESS
-from zoobench.errors import UsageError
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.scene import Effect, Ground
 from zoobench.sim.solver import Solver
 from zoobench.spec import Ref
-from zoobench.verify.effects import effect_costs
-from zoobench.verify.effects.coverage import Coverage, StudiedScene, coverage, studied_scenes
-from zoobench.verify.effects.effect_costs import EffectCost, Ratio, costs, in_turn, shares, state_bytes, tensor_bytes
-from zoobench.verify.effects.effect_scenes import all_elastic, as_clay, pairs
+from zoobench_verify.effects import effect_costs
+from zoobench_verify.effects.coverage import Coverage, StudiedScene, coverage, studied_scenes
+from zoobench_verify.effects.effect_costs import EffectCost, Ratio, costs, in_turn, shares, state_bytes, tensor_bytes
+from zoobench_verify.effects.effect_scenes import all_elastic, as_clay, pairs
 
 SMOKE = Ref("smoke")
 
@@ -64,13 +63,11 @@ def test_coverage_follows_the_scene() -> None:
 
 
 def test_a_bed_on_hills_is_as_thick_as_on_the_level() -> None:
-    """Thickness counts from the ground below; the row names the parameters, which no number of particles goes with."""
+    """Thickness counts from the ground below; the row names the parameters."""
     hilly = Ref.parse("desert[relief=0.02]")
     (studied,) = studied_scenes([hilly], SMOKE)
     row = coverage(studied.env, studied.scene)
     assert (row.env, row.thickness) == (str(hilly), pytest.approx(BED_THICKNESS, rel=1e-6))
-    with pytest.raises(UsageError, match="Leave the parameters out"):
-        next(studied_scenes([hilly], SMOKE, particles=2000))
 
 
 @pytest.mark.parametrize("name", list(TABLE_6))
@@ -206,11 +203,3 @@ def test_timers_are_asked_in_turn() -> None:
 
     assert in_turn([lambda: timer("a"), lambda: timer("b")], 3) == [2.0, 5.0]
     assert asked == ["a", "b"] * 3
-
-
-def test_the_grid_can_follow_from_a_number_of_particles() -> None:
-    """Environments are compared at about equal numbers; what cannot be measured is refused."""
-    (studied,) = studied_scenes([Ref("ground")], SMOKE, particles=2000)
-    assert studied.scene.particle_count == pytest.approx(2000, rel=0.1)
-    with pytest.raises(UsageError, match="Give 50"):
-        next(studied_scenes([Ref("ground")], SMOKE, particles=7))

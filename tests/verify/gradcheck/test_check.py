@@ -14,9 +14,9 @@ from zoobench.sim.model.rollout import FloatArray, Gradient
 from zoobench.sim.model.segmentation import Part
 from zoobench.sim.model.state import IntArray
 from zoobench.spec import Ref
-from zoobench.verify.gradcheck import check as study
-from zoobench.verify.gradcheck.check import GradRow, e_fold, gradcheck, summarise
-from zoobench.verify.gradcheck.gradient_case import NUDGE, GradientCase
+from zoobench_verify.gradcheck import check as study
+from zoobench_verify.gradcheck.check import GradRow, e_fold, gradcheck, summarise
+from zoobench_verify.gradcheck.gradient_case import NUDGE, GradientCase
 
 
 def _case(env: str = "ground") -> GradientCase:

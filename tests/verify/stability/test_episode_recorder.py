@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from zoobench.sim.solver import Solver
-from zoobench.verify.stability import stability_scenes as scenes
-from zoobench.verify.stability.episode_recorder import EpisodeRecorder, flagged
+from zoobench_verify.stability import stability_scenes as scenes
+from zoobench_verify.stability.episode_recorder import EpisodeRecorder, flagged
 
 
 def _block() -> scenes.ElasticBody:

@@ -8,9 +8,9 @@ from zoobench.sim.launcher import Launcher
 from zoobench.sim.model.launch_plan import LaunchPlan
 from zoobench.sim.model.state import Matter, Parameters
 from zoobench.sim.simulation import Simulation
-from zoobench.verify.stability.episode_recorder import EpisodeRecorder
-from zoobench.verify.stability.horizon import SingleSegment, check_gap, measure, walker
-from zoobench.verify.stability.stability_scenes import muscle_wave
+from zoobench_verify.stability.episode_recorder import EpisodeRecorder
+from zoobench_verify.stability.horizon import SingleSegment, check_gap, measure, walker
+from zoobench_verify.stability.stability_scenes import muscle_wave
 
 FRAMES = 10
 

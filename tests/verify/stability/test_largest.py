@@ -2,7 +2,7 @@
 
 import pytest
 
-from zoobench.verify.stability import largest
+from zoobench_verify.stability import largest
 
 
 def test_bisection_finds_the_edge() -> None:

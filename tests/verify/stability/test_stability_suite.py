@@ -2,8 +2,8 @@
 
 import pytest
 
-from zoobench.verify.cases import Case
-from zoobench.verify.stability.stability_suite import CASES, row_of, stored
+from zoobench_verify.cases import Case
+from zoobench_verify.stability.stability_suite import CASES, row_of, stored
 
 SHOWN_ELSEWHERE = {
     "inverted-particles": "collapsed-particles, and tests/sim/model/test_diagnostics.py",

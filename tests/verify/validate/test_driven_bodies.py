@@ -2,8 +2,8 @@
 
 import pytest
 
-from zoobench.verify.cases import Case, CaseRecorder
-from zoobench.verify.validate import elements, footings, speed_control, swimming
+from zoobench_verify.cases import Case, CaseRecorder
+from zoobench_verify.validate import elements, footings, speed_control, swimming
 
 
 def _push(record: CaseRecorder) -> None:

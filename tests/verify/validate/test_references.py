@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from zoobench.sim.model.laws.elastic import fibre_stress, lame_parameters, neo_hookean
-from zoobench.verify.validate import hertz, manufactured, modes, mud, statics
-from zoobench.verify.validate.rig import GRAVITY, order_of_accuracy
+from zoobench_verify.validate import hertz, manufactured, modes, mud, statics
+from zoobench_verify.validate.rig import GRAVITY, order_of_accuracy
 
 
 def test_manufactured_body_force_balances_inertia_and_stress() -> None:

@@ -4,9 +4,9 @@ import re
 
 import pytest
 
-from zoobench.verify.cases import Case
-from zoobench.verify.validate import conservation
-from zoobench.verify.validate.validation_suite import CASES
+from zoobench_verify.cases import Case
+from zoobench_verify.validate import conservation
+from zoobench_verify.validate.validation_suite import CASES
 
 SHOWN_ELSEWHERE = {
     "gradient-differences": "tests/sim/test_adjoint.py, every group",

@@ -1,0 +1,1 @@
+"""`zoobench verify stability`: extreme cases judged by their physics, and the largest stable step of many scenes."""

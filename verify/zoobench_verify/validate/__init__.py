@@ -1,0 +1,1 @@
+"""`zoobench verify validate`: the simulator against closed forms and published experiments, forward and gradient."""

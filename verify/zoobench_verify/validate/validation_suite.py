@@ -1,0 +1,30 @@
+"""All validation cases."""
+
+from zoobench_verify.cases import cases_of
+from zoobench_verify.validate import (
+    conservation,
+    elements,
+    fluids,
+    footings,
+    friction,
+    gradients,
+    granular,
+    hertz,
+    interface,
+    manufactured,
+    modes,
+    mud,
+    muscle_pulls,
+    statics,
+    swimmers,
+    swimming,
+    waves,
+)
+
+_ALL = cases_of(
+    conservation, waves, manufactured, statics, modes, muscle_pulls, hertz, elements, friction, footings, interface,
+    granular, mud, fluids, swimming, swimmers, gradients,
+)  # fmt: skip
+
+CASES = tuple(sorted(_ALL, key=lambda case: -case.precision if case.precision else -48))
+"""By precision, 64 bits first: each change of it restarts the runtime."""

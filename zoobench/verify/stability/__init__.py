@@ -1,1 +1,0 @@
-"""`zoobench stability`: extreme cases judged by their physics, and the largest stable step of many scenes."""

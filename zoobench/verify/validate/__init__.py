@@ -1,1 +1,0 @@
-"""`zoobench validate`: the simulator against closed forms and published experiments, forward and gradient."""
