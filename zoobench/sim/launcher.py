@@ -14,7 +14,7 @@ from zoobench.sim import launch_clock
 from zoobench.sim.kernels import half_step, serial, sleep_survey, survey
 from zoobench.sim.kernels.boundary import NONE, PLANE, TERRAIN, WALL_NODES
 from zoobench.sim.kernels.laws.law import Law
-from zoobench.sim.kernels.layout import BEFORE, CONSTANTS, MOMENTUM, PUSH, RATIO, VELOCITY, Variant
+from zoobench.sim.kernels.layout import BEFORE, CONSTANTS, MOMENTUM, PUSH, RATIO, SURFACE, VELOCITY, Variant
 from zoobench.sim.kernels.transfer import AFLIP, APIC, PIC
 from zoobench.sim.kernels.water_grid import immersed, water_layout
 from zoobench.sim.launch import Launch
@@ -296,6 +296,8 @@ class Launcher:
             found.add(BEFORE)
         if self.variant.skin:
             found.add(PUSH)
+        if self.variant.rolling:
+            found.add(SURFACE)
         if self.variant.ratio:
             found.add(RATIO)
         return found
@@ -338,7 +340,8 @@ def kept_fields(scene: Scene, fidelity: Fidelity) -> int:
     ratio = (scene.medium is not None and scene.medium.material.is_liquid) or has_fbar(scene, fidelity)
     before = fidelity.transfer == "aflip" or (scene.medium is not None and medium_transfer(scene, fidelity) == "aflip")
     layers = 1 + len(scene.objects) + (scene.medium is not None and scene.medium.friction is not None)
-    return layers * (1 + before + has_skin(scene) + ratio)
+    surface = has_skin(scene) and bool(scene.objects)
+    return layers * (1 + before + has_skin(scene) + surface + ratio)
 
 
 def _grid_shape(scene: Scene, grid_spacing: float) -> tuple[int, int, int]:

@@ -18,7 +18,7 @@ from zoobench.sim.model.grid_water import cover
 from zoobench.sim.model.launch_plan import LaunchPlan
 from zoobench.sim.model.rollout import FloatArray, Rollout, SubstepMeter
 from zoobench.sim.model.scene import Effect, Scene
-from zoobench.sim.model.state import BodyState, IntArray, Matter, Parameters, initial_matter, medium_share
+from zoobench.sim.model.state import BodyState, IntArray, Matter, Parameters, initial_matter, medium_share, with_objects
 from zoobench.sim.model.step_limits import StepLimit
 from zoobench.sim.model.tensors import fetch, memory
 from zoobench.sim.muscle_energy import MuscleEnergy
@@ -93,7 +93,7 @@ class Simulation:
             self.parameters.cover[:] = self.tensor(covered)
         self._muscle_energy = MuscleEnergy(scene.robot.material.muscle_strength)
         self._membership: tuple[Array, Tensor] | None = None  # of a body, and the same on the device
-        self.set_body(BodyState().filled(scene, worlds))
+        self.set_body(with_objects(BodyState().filled(scene, worlds), scene))
 
     @property
     def origins(self) -> Array:

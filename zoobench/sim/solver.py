@@ -15,7 +15,7 @@ from zoobench.sim.model.rest_cells import RestCells
 from zoobench.sim.model.rollout import Feedback, FeedbackAdjoint, FloatArray, Gradient, Rollout, SubstepMeter
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.segmentation import Segmentation, segment, whole_bytes, whole_frames
-from zoobench.sim.model.state import BodyState, Matter, Parameters, empty_matter
+from zoobench.sim.model.state import BodyState, Matter, Parameters, empty_matter, with_objects
 from zoobench.sim.model.step_limits import StepLimit, choose_step
 from zoobench.sim.model.tensors import LARGEST_ARRAY
 from zoobench.sim.relaxation import Relaxation, delayed
@@ -250,6 +250,7 @@ class Solver:
         """Set the body and go back to the initial state; returns the body's complete arrays."""
         arrays = (body or BodyState()).filled(self.scene, self.worlds)
         self._check_body(arrays)
+        arrays = with_objects(arrays, self.scene)
         self.simulation.set_body(arrays)
         self.simulation.rewind()
         return arrays

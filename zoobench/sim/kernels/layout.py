@@ -45,10 +45,11 @@ HISTORY_LANE = 2
 MASS, VOLUME, STIFFNESS, TENSION = 0, 1, 2, 3
 """Lanes of a particle's first row of `body`; the second holds its fibre."""
 
-MOMENTUM, VELOCITY, PUSH, BEFORE, RATIO = 0, 1, 2, 3, 4
+MOMENTUM, VELOCITY, PUSH, BEFORE, RATIO, SURFACE = 0, 1, 2, 3, 4, 5
 """Fields of the grid: (momentum, mass), (velocity, mass), (impulse, 0) of the ground's skin, (momentum, mass) and then
 (velocity, mass) of the motion before forces (AFLIP), and (mass times J, mass) of water or (mass times rate of volume
-change, mass) of a solid medium. `grid_adjoint` has the same fields, its momenta and velocities in the place of
+change, mass) of a solid medium, and of the ground's skin (size of the impulse times velocity relative to that of the
+matter's surface, 0). `grid_adjoint` has the same fields, its momenta and velocities in the place of
 MOMENTUM."""
 
 START, KEPT = 6, 7
@@ -130,6 +131,15 @@ class Variant:
     def has_skin(self, layer: int) -> bool:
         """Whether the ground's skin pushes on this layer of nodes: not on the medium's own."""
         return self.skin and not self.is_medium(layer)
+
+    def rolls(self, layer: int) -> bool:
+        """Whether the ground's friction on this layer of nodes is against the velocity of the matter's surface."""
+        return self.skin and 0 < layer <= self.objects
+
+    @property
+    def rolling(self) -> bool:
+        """Whether any layer does."""
+        return self.skin and self.objects > 0
 
     def is_tight(self, layer: int) -> bool:
         """Whether walls press on this layer of nodes."""

@@ -5,17 +5,32 @@ of the internal forces; it may then lose tangential momentum of up to friction t
 friction balances the forces of this very substep, so that what sticks does not creep. Constraints of nodes remain as a
 hard stop, `STOP_NODES` below the ground.
 
+Friction acts on nodes up to a cell and a half above the surface, where matter that rolls is faster than at the surface:
+against the nodes' own velocity it would brake a ball. Where a body `rolls` (see `layout.Variant`), it is against the
+velocity of the matter's surface, v - s, with s = sum w j C (x_node - x_surface) / |sum w j n| over the particles that
+feel the layer by an impulse j n, from a field of its own, SURFACE.
+
 All vectors have four lanes. `place` is a particle's, from the grid's first node [m].
 """
 
 import taichi as ti
 
 from zoobench.sim.kernels.boundary import TERRAIN, WALL_NODES
-from zoobench.sim.kernels.columns import dot, zero_lanes
+from zoobench.sim.kernels.columns import (
+    add,
+    contract,
+    dot,
+    matvec,
+    outer,
+    scale,
+    spatial,
+    transposed_matvec,
+    zero_lanes,
+)
 from zoobench.sim.kernels.context import Around
-from zoobench.sim.kernels.layout import PUSH, VOLUME, X, layer
+from zoobench.sim.kernels.layout import PUSH, SURFACE, VOLUME, C, X, add_columns, columns, layer
 from zoobench.sim.kernels.splines import stencil, weight_derivatives, weights
-from zoobench.sim.kernels.transfer import by_offset, gather_slopes, scatter_value
+from zoobench.sim.kernels.transfer import by_offset, gather_slopes, motion_adjoint, scatter, scatter_value
 
 STOP_NODES = 2
 """Nodes between the ground and the hard stop below it. Matter between them feels the layer's linear force."""
@@ -67,6 +82,15 @@ def layer_force(gap, scene: ti.template()):
 
 
 @ti.func
+def surface_motion(c: ti.template(), p, size, below: ti.template(), offset):
+    """Impulse times velocity relative to the matter's surface, at the first node of a stencil, and its slope."""
+    rate = columns(c.state, c.s, c.w, p, C)
+    slope = scale(size * c.scene.spacing, rate)
+    origin = (size * below.gap) * matvec(rate, below.normal)
+    return origin - offset[0] * slope.x - offset[1] * slope.y - offset[2] * slope.z, slope
+
+
+@ti.func
 def push(c: ti.template(), p):
     """Scatter the layer's impulse on one particle."""
     place = c.state[c.s, c.w, p, X]
@@ -74,30 +98,46 @@ def push(c: ti.template(), p):
     if below.gap < c.scene.skin_thickness + 0.5 * c.scene.edge:
         force, _rate = layer_force(below.gap, c.scene)
         at = stencil(place, c.scene, layer(c, p), c.variant.width)
-        impulse = (c.dt * c.body[c.w, p, 0][VOLUME] * force) * below.normal
+        size = c.dt * c.body[c.w, p, 0][VOLUME] * force
         share = weights(at.offset, c.variant.width)
-        scatter_value(c.field(PUSH, c.start), Around(at, share), impulse)
+        scatter_value(c.field(PUSH, c.start), Around(at, share), size * below.normal)
+        if ti.static(c.variant.rolling):
+            if p >= c.scene.first[0]:
+                origin, slope = surface_motion(c, p, size, below, at.offset)
+                scatter(c.field(SURFACE, c.start), Around(at, share), origin, slope)
 
 
 @ti.func
 def push_adjoint(c: ti.template(), p):
-    """Adjoint of `push`: adds to those of the place and the volume."""
+    """Adjoint of `push`: adds to those of the place, C and the volume."""
     place = c.state[c.s, c.w, p, X]
     below = ground_below(c, place)
     if below.gap < c.scene.skin_thickness + 0.5 * c.scene.edge:
         force, rate = layer_force(below.gap, c.scene)
         at = stencil(place, c.scene, layer(c, p), c.variant.width)
         share, slopes = weights(at.offset, c.variant.width), weight_derivatives(at.offset, c.variant.width)
-        size = c.dt * c.body[c.w, p, 0][VOLUME]
-        impulse = (size * force) * below.normal
-        found = gather_slopes(c.adjoint_of(PUSH), Around(at, share, slopes))
+        near = Around(at, share, slopes)
+        size = c.dt * c.body[c.w, p, 0][VOLUME] * force
+        impulse = size * below.normal
+        found = gather_slopes(c.adjoint_of(PUSH), near)
         by_weights, held = by_offset(found, impulse), found.total
-        along = dot(below.normal, held)
-        by_normal = ti.Vector([dot(below.by_x, held), 0.0, dot(below.by_z, held), 0.0])
-        c.adjoint[0, c.w, p, X] += (
-            c.scene.inverse * by_weights + (size * rate * along) * below.slope + (size * force) * by_normal
-        )
-        c.body_adjoint[c.w, p, 0] += ti.Vector([0.0, c.dt * force * along, 0.0, 0.0])
+        by_size, by_gap, by_turn = dot(below.normal, held), 0.0 * size, size * held
+        if ti.static(c.variant.rolling):
+            if p >= c.scene.first[0]:
+                origin, slope = surface_motion(c, p, size, below, at.offset)
+                more, total, moments = motion_adjoint(c.adjoint_of(SURFACE), near, origin, slope)
+                gradient, upward = columns(c.state, c.s, c.w, p, C), spatial(total)
+                turned = matvec(gradient, below.normal)
+                by_weights += more
+                by_size += c.scene.spacing * contract(moments, gradient) + below.gap * dot(upward, turned)
+                by_gap += size * dot(upward, turned)
+                by_turn += (size * below.gap) * transposed_matvec(gradient, upward)
+                by_rate = add(scale(size * c.scene.spacing, moments), outer((size * below.gap) * upward, below.normal))
+                add_columns(c.adjoint, 0, c.w, p, C, by_rate)
+        by_gap += c.dt * c.body[c.w, p, 0][VOLUME] * rate * by_size
+        by_normal = ti.Vector([dot(below.by_x, by_turn), 0.0, dot(below.by_z, by_turn), 0.0])
+        c.adjoint[0, c.w, p, X] += c.scene.inverse * by_weights + by_gap * below.slope + by_normal
+        c.body_adjoint[c.w, p, 0] += ti.Vector([0.0, c.dt * force * by_size, 0.0, 0.0])
 
 
 @ti.func

@@ -15,7 +15,7 @@ Arrays are those of `layout`. The slabs are zero between launches, and those of 
 import taichi as ti
 
 from zoobench.sim.kernels.columns import zero_lanes
-from zoobench.sim.kernels.layout import BEFORE, MOMENTUM, PUSH, RATIO, STRESS, C, V, X, layers
+from zoobench.sim.kernels.layout import BEFORE, MOMENTUM, PUSH, RATIO, STRESS, SURFACE, C, V, X, layers
 from zoobench.sim.kernels.splines import first_node
 from zoobench.sim.kernels.substep import clear_node, contribution, to_grid
 from zoobench.sim.kernels.substep_adjoint import to_grid_adjoint
@@ -142,6 +142,8 @@ def begin_nodes(c: ti.template()):
                             c.grid[RATIO, node] = c.grid[RATIO, first + k]
                         if ti.static(c.variant.skin):
                             c.grid[PUSH, node] = zero_lanes()  # the robot never sleeps
+                        if ti.static(c.variant.rolling):
+                            c.grid[SURFACE, node] = zero_lanes()
                         node += 1
     else:
         for node in range(c.start, c.start + layers(c.variant) * c.nodes.size):

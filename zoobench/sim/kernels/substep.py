@@ -32,6 +32,7 @@ from zoobench.sim.kernels.layout import (
     PUSH,
     RATIO,
     STIFFNESS,
+    SURFACE,
     TENSION,
     VELOCITY,
     VOLUME,
@@ -84,6 +85,8 @@ def clear_node(grid: ti.template(), node, variant: ti.template()):
         grid[BEFORE, node] = zero_lanes()
     if ti.static(variant.skin):
         grid[PUSH, node] = zero_lanes()
+    if ti.static(variant.rolling):
+        grid[SURFACE, node] = zero_lanes()
     if ti.static(variant.ratio):
         grid[RATIO, node] = zero_lanes()
 
@@ -184,7 +187,7 @@ def update_node(c: ti.template(), m, node, index: ti.template()):
         push = 0.0 * free
         if ti.static(c.variant.skin):
             push = ti.Vector([r * c.grid[PUSH, m][0], r * c.grid[PUSH, m][1], r * c.grid[PUSH, m][2]])
-        held = ground_contact(c, 0, free, push, index, c.scene.friction)
+        held = ground_contact(c, 0, free, (push, push), index, c.scene.friction)
         after = ti.Vector([held[0], held[1], held[2], q[3]])
     c.grid[VELOCITY, node] = after
 

@@ -18,7 +18,6 @@ from zoobench.sim.kernels.columns import (
     trace,
     transpose,
     transposed_matmul,
-    transposed_matvec,
 )
 from zoobench.sim.kernels.context import Around, is_none
 from zoobench.sim.kernels.drift import mean_ratio, mean_ratio_adjoint, scatter_ratio_adjoint
@@ -57,11 +56,10 @@ from zoobench.sim.kernels.substep import has_transfer, is_robot, linear_motion, 
 from zoobench.sim.kernels.transfer import (
     AFLIP,
     PIC,
-    central_moments,
     gather_affine,
     gather_affine_adjoint,
     gather_value,
-    scatter_adjoint,
+    motion_adjoint,
 )
 from zoobench.sim.kernels.velocity_fields import free_velocity, update_fields_adjoint, velocities_before_ground
 
@@ -247,15 +245,6 @@ def update_at_adjoint(c: ti.template(), node, index: ti.template()):
         update_fields_adjoint(c, c.start + node, node, index)
     else:
         update_node_adjoint(c, c.start + node, node, index)
-
-
-@ti.func
-def motion_adjoint(f: ti.template(), at: ti.template(), origin, slope: ti.template()):
-    """Adjoint of scattering `origin` and `slope`: by offset, momentum and mass, and the affine matrix."""
-    offset_adjoint, total, first_x, first_y, first_z = scatter_adjoint(f, at, origin, slope)
-    # the offset acts through the weights and through origin = momentum - slope offset
-    offset_adjoint = offset_adjoint - transposed_matvec(slope, total)
-    return offset_adjoint, total, central_moments(at.offset, total, first_x, first_y, first_z)
 
 
 @ti.func

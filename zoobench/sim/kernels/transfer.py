@@ -181,6 +181,15 @@ def scatter_adjoint(f: ti.template(), at: ti.template(), origin, slope: ti.templ
 
 
 @ti.func
+def motion_adjoint(f: ti.template(), at: ti.template(), origin, slope: ti.template()):
+    """Adjoint of scattering `origin` and `slope`: by offset, momentum and mass, and the affine matrix."""
+    offset_adjoint, total, first_x, first_y, first_z = scatter_adjoint(f, at, origin, slope)
+    # the offset acts through the weights and through origin = momentum - slope offset
+    offset_adjoint = offset_adjoint - transposed_matvec(slope, total)
+    return offset_adjoint, total, central_moments(at.offset, total, first_x, first_y, first_z)
+
+
+@ti.func
 def scatter_value(f: ti.template(), at: ti.template(), value):
     """Add w value to the stencil's nodes."""
     w, width = ti.static(at.w, f.width)

@@ -18,7 +18,7 @@ from typing import Any
 import taichi as ti
 
 from zoobench.sim.kernels.boundary import WALL_NODES, contact, contact_adjoint
-from zoobench.sim.kernels.layout import MOMENTUM, PUSH, VELOCITY, while_compiling
+from zoobench.sim.kernels.layout import MOMENTUM, PUSH, SURFACE, VELOCITY, while_compiling
 from zoobench.sim.kernels.mud_wall import most_friction, most_friction_adjoint
 from zoobench.sim.kernels.room import free_volume_beside, free_volumes, ground_height
 from zoobench.sim.kernels.skin_contact import STOP_NODES, coulomb_friction, coulomb_friction_adjoint
@@ -310,37 +310,73 @@ def velocities_before_ground(c: ti.template(), m, index: ti.template()):
 
 @ti.func
 def pushed(c: ti.template(), k: ti.template(), m, mass):
-    """Change of velocity by the ground's skin at node m of layer k and of this mass; none where it has no skin."""
-    push = ti.Vector([0.0 * mass, 0.0, 0.0])
+    """Change of velocity by the ground's skin at node m of layer k and of this mass, none where it has no skin; and the
+    velocity of the matter relative to that of its surface, where it rolls."""
+    push, slide = ti.Vector([0.0 * mass, 0.0, 0.0]), ti.Vector([0.0 * mass, 0.0, 0.0])
     if ti.static(c.variant.has_skin(k)):
         push = ti.Vector([c.grid[PUSH, m][0], c.grid[PUSH, m][1], c.grid[PUSH, m][2]]) / mass
-    return push
+    if ti.static(c.variant.rolls(k)):
+        size = layer_impulse(c, m).norm()
+        if size > 0.0:
+            slide = ti.Vector([c.grid[SURFACE, m][0], c.grid[SURFACE, m][1], c.grid[SURFACE, m][2]]) / size
+    return push, slide
 
 
 @ti.func
-def ground_contact(c: ti.template(), k: ti.template(), v, push, index: ti.template(), friction):
-    """Velocity of a node of layer k after the ground: a wall, or a skin that changes it by `push`, above a wall further
-    down."""
+def layer_impulse(c: ti.template(), m):
+    """Impulse of the ground's skin at a node."""
+    return ti.Vector([c.grid[PUSH, m][0], c.grid[PUSH, m][1], c.grid[PUSH, m][2]])
+
+
+@ti.func
+def pushed_adjoint(c: ti.template(), k: ti.template(), m, mass, push_adjoint, slide_adjoint):
+    """Adjoint of `pushed` by the impulse, by SURFACE and by the mass."""
+    push, slide = pushed(c, k, m, mass)
+    by_impulse = push_adjoint / mass  # of the impulse, from that of the change of velocity
+    by_mass, by_surface = 0.0 - by_impulse.dot(push), 0.0 * push
+    if ti.static(c.variant.rolls(k)):
+        impulse = layer_impulse(c, m)
+        size = impulse.norm()
+        if size > 0.0:
+            by_surface = slide_adjoint / size
+            by_impulse -= (slide.dot(by_surface) / size) * impulse
+    return by_impulse, by_surface, by_mass
+
+
+@ti.func
+def ground_contact(c: ti.template(), k: ti.template(), v, given: ti.template(), index: ti.template(), friction):
+    """Velocity of a node of layer k after the ground: a wall, or a skin above a wall further down; `given` is what
+    `pushed` found."""
     skin = ti.static(c.variant.has_skin(k))
     u = v
-    if ti.static(skin):
-        u = coulomb_friction(v + push, push, friction)
+    if ti.static(c.variant.rolls(k)):
+        u = coulomb_friction(v + given[0] - given[1], given[0], friction) + given[1]
+    elif ti.static(skin):
+        u = coulomb_friction(v + given[0], given[0], friction)
     return contact(c, u, index, friction, ti.static(c.variant.is_tight(k)), STOP_NODES * skin)
 
 
 @ti.func
-def ground_contact_adjoint(c: ti.template(), k: ti.template(), v, push, stored, index: ti.template(), friction):
-    """Adjoints of `ground_contact` by the velocity and by `push`, from that of its result."""
-    skin = ti.static(c.variant.has_skin(k))
-    u, given = v, ti.Vector([stored[0], stored[1], stored[2]])
+def ground_contact_adjoint(
+    c: ti.template(), k: ti.template(), v, given: ti.template(), stored, index: ti.template(), friction
+):  # fmt: skip
+    """Adjoints of `ground_contact` by the velocity and by both of `given`, from that of its result."""
+    skin, rolls = ti.static(c.variant.has_skin(k), c.variant.rolls(k))
+    before, u = v, v
+    if ti.static(rolls):
+        before = v + given[0] - given[1]
+        u = coulomb_friction(before, given[0], friction) + given[1]
+    elif ti.static(skin):
+        before = v + given[0]
+        u = coulomb_friction(before, given[0], friction)
+    row = ti.Vector([stored[0], stored[1], stored[2]])
+    v_adjoint = contact_adjoint(c, u, row, index, friction, ti.static(c.variant.is_tight(k)), STOP_NODES * skin)
+    push_adjoint, slide_adjoint = 0.0 * v_adjoint, v_adjoint
     if ti.static(skin):
-        u = coulomb_friction(v + push, push, friction)
-    v_adjoint = contact_adjoint(c, u, given, index, friction, ti.static(c.variant.is_tight(k)), STOP_NODES * skin)
-    push_adjoint = 0.0 * v_adjoint
-    if ti.static(skin):
-        v_adjoint, push_adjoint = coulomb_friction_adjoint(v + push, push, v_adjoint, friction)
+        v_adjoint, push_adjoint = coulomb_friction_adjoint(before, given[0], v_adjoint, friction)
         push_adjoint += v_adjoint
-    return v_adjoint, push_adjoint
+    slide_adjoint -= v_adjoint
+    return v_adjoint, push_adjoint, slide_adjoint
 
 
 @ti.func
@@ -362,9 +398,9 @@ def update_fields(c: ti.template(), m, node, index: ti.template()):
     for k in ti.static(range(c.variant.layers)):
         mass, after = c.grid[MOMENTUM, m + k * c.nodes.size][3], ti.Vector([0.0, 0.0, 0.0, 0.0])
         if mass > 0.0:
-            push = pushed(c, k, m + k * c.nodes.size, mass)
+            push, slide = pushed(c, k, m + k * c.nodes.size, mass)
             friction, _limited = ground_friction(c, k, velocities[k], index)
-            held = ground_contact(c, k, velocities[k], push, index, friction)
+            held = ground_contact(c, k, velocities[k], (push, slide), index, friction)
             after = ti.Vector([held[0], held[1], held[2], mass])
         c.grid[VELOCITY, node + k * c.nodes.size] = after
 
@@ -382,20 +418,26 @@ def update_fields_adjoint(c: ti.template(), m, node, index: ti.template()):
     adjoints = [0.0 * velocities[0] for _ in ti.static(range(count))]
     masses = [0.0 * c.dt for _ in ti.static(range(count))]
     for k in ti.static(range(count)):
-        push_adjoint = 0.0 * velocities[k]
+        by_impulse, by_surface = 0.0 * velocities[k], 0.0 * velocities[k]
         if rows[k][3] > 0.0:
-            push = pushed(c, k, m + k * c.nodes.size, rows[k][3])
+            push, slide = pushed(c, k, m + k * c.nodes.size, rows[k][3])
             friction, limited = ground_friction(c, k, velocities[k], index)
-            adjoints[k], push_adjoint = ground_contact_adjoint(c, k, velocities[k], push, stored[k], index, friction)
+            adjoints[k], by_push, by_slide = ground_contact_adjoint(
+                c, k, velocities[k], (push, slide), stored[k], index, friction
+            )
             if ti.static(c.variant.has_skin(k)):
-                push_adjoint /= rows[k][3]  # of the impulse, from that of the change of velocity
-                masses[k] = 0.0 - push_adjoint.dot(push)
+                by_impulse, by_surface, masses[k] = pushed_adjoint(
+                    c, k, m + k * c.nodes.size, rows[k][3], by_push, by_slide
+                )
             if ti.static(c.variant.slides and c.variant.is_medium(k)):
                 adjoints[k] += most_friction_adjoint(c, velocities[k], stored[k], friction, limited, index)
         if ti.static(c.variant.has_skin(k)):
             c.grid_adjoint[PUSH, node + k * c.nodes.size] = ti.Vector(
-                [push_adjoint[0], push_adjoint[1], push_adjoint[2], 0.0]
+                [by_impulse[0], by_impulse[1], by_impulse[2], 0.0]
             )
+        if ti.static(c.variant.rolls(k)):
+            row = ti.Vector([by_surface[0], by_surface[1], by_surface[2], 0.0])
+            c.grid_adjoint[SURFACE, node + k * c.nodes.size] = row
     for back in ti.static(range(len(c.variant.pairs))):
         pair = ti.static(len(c.variant.pairs) - 1 - back)
         a, b = ti.static(c.variant.pairs[pair])

@@ -276,16 +276,24 @@ class BodyState:
     fibres: Array | None = None
 
     def filled(self, scene: Scene, worlds: int) -> dict[str, Array]:
-        """Every array in float64 with those of objects, what is not given repeated from the scene's robot."""
-        arrays, count = {}, scene.robot.particle_count
-        for item in fields(self):
-            whole = np.repeat(np.asarray(getattr(scene.elastic, item.name), dtype=np.float64)[None], worlds, axis=0)
-            given = getattr(self, item.name)
-            if given is not None:
-                own, others = np.asarray(given, dtype=np.float64), whole[:, count:]
-                whole = np.concatenate([own, others], axis=1) if scene.objects else own
-            arrays[item.name] = whole
+        """Every array in float64, those not given repeated from the scene's robot."""
+        return {
+            item.name: np.asarray(given, dtype=np.float64)
+            if (given := getattr(self, item.name)) is not None
+            else np.repeat(np.asarray(getattr(scene.robot, item.name), dtype=np.float64)[None], worlds, axis=0)
+            for item in fields(self)
+        }
+
+
+def with_objects(arrays: dict[str, Array], scene: Scene) -> dict[str, Array]:
+    """A robot's complete arrays `[worlds, robot, ...]`, and behind them those of the scene's objects."""
+    if not scene.objects:
         return arrays
+    count, all_of = scene.robot.particle_count, {}
+    for name, own in arrays.items():
+        others = np.asarray(getattr(scene.elastic, name), dtype=np.float64)[count:]
+        all_of[name] = np.concatenate([own, np.repeat(others[None], len(own), axis=0)], axis=1)
+    return all_of
 
 
 def medium_share(medium: MediumBed, occupancy: Array) -> Array:
