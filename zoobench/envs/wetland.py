@@ -13,8 +13,8 @@ MUD = Elasticity(medium_density=1400.0)
 
 
 _PROVISIONAL = (
-    "trained gaits of four animals move at standard within 16 % of their speed at paper, and turn within 31 %, at "
-    "draft within 34 and 37 %, the fish farthest; finer grids and paths were not measured, and softer mud is not "
+    "trained gaits of four animals move at standard within 12 % of their speed at paper, and turn within 31 %, at "
+    "draft within 32 and 37 %, the fish farthest; finer grids and paths were not measured, and softer mud is not "
     "resolved"
 )
 
