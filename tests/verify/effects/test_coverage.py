@@ -15,7 +15,7 @@ from zoobench.sim.solver import Solver
 from zoobench.spec import Ref
 from zoobench_verify.effects import effect_costs
 from zoobench_verify.effects.coverage import Coverage, StudiedScene, coverage, studied_scenes
-from zoobench_verify.effects.effect_costs import EffectCost, Ratio, costs, in_turn, shares, state_bytes, tensor_bytes
+from zoobench_verify.effects.effect_costs import EffectCost, Ratio, costs, in_turn, state_bytes, tensor_bytes
 from zoobench_verify.effects.effect_scenes import all_elastic, as_clay, pairs
 
 SMOKE = Ref("smoke")
@@ -171,25 +171,6 @@ def test_bytes_are_those_of_the_tensors() -> None:
     on, off = (Solver(scene, studied.fidelity) for scene in (pair.on, pair.off))
     assert state_bytes(on) - state_bytes(off) == 4 * 4 * on.particle_count
     assert tensor_bytes([on.matter.state]) == 4 * 4 * 9 * on.particle_count
-
-
-LAWS = {"desert", "clay", "wetland", "snow"}
-"""Environments whose medium's law needs principal strains."""
-
-
-@pytest.mark.parametrize(
-    "name",
-    [name if name in ("ground", "desert", "ocean") else pytest.param(name, marks=pytest.mark.slow) for name in EFFECTS],
-)
-def test_the_parts_add_up_to_the_substep(name: str) -> None:
-    """Decomposition is measured where a law needs it, and is part of the deformation, water on a grid beside the
-    robot's parts; the sum is theirs."""
-    found = {share.part: share for share in shares(_studied(name), repeats=3)}
-    assert ("decomposition" in found) == (name in LAWS)
-    assert ("water" in found) == (name == "ocean")
-    inside = {"substep", "sum", "decomposition"}
-    assert found["sum"].ns == pytest.approx(sum(share.ns for part, share in found.items() if part not in inside))
-    assert all(share.ns > 0 for share in found.values())
 
 
 def test_timers_are_asked_in_turn() -> None:

@@ -8,7 +8,7 @@ import math
 import statistics
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -16,7 +16,6 @@ import numpy as np
 
 from zoobench.cell.driving import travelling_wave
 from zoobench.errors import DivergenceError
-from zoobench.sim.ablation import Ablation, SubstepPart
 from zoobench.sim.model.rollout import Rollout
 from zoobench.sim.model.state import Matter, Parameters
 from zoobench.sim.solver import Solver
@@ -95,23 +94,6 @@ class Ratio:
         return cls(one, other, one / other, one / other * math.exp(-spread), one / other * math.exp(spread))
 
 
-@dataclass(frozen=True)
-class Share:
-    """The share of a substep's time that one of its parts takes.
-
-    Attributes:
-        part: as in `ablation.SubstepPart`; `substep` is the whole launch, `sum` the sum of the parts.
-        ns: processor time per particle and substep [ns].
-        share: of the whole substep.
-    """
-
-    env: str
-    particles: int
-    part: str
-    ns: float
-    share: float
-
-
 def costs(studied: StudiedScene, repeats: int = 7) -> Iterator[EffectCost]:
     """Costs of every effect of the scene that can be switched off, and of gradients.
 
@@ -188,39 +170,6 @@ def _gradient_costs(studied: StudiedScene, repeats: int) -> Iterator[EffectCost]
             bytes=held / keeper.particle_count,
             bytes_without=state_bytes(plain) / plain.particle_count,
         )
-
-
-def shares(studied: StudiedScene, repeats: int = 7) -> Iterator[Share]:
-    """Shares of the parts of a substep of the scene, the whole substep first.
-
-    In water on a grid the parts are those of the robot alone, and `water` is what the substep takes beyond one without.
-
-    Raises:
-        DivergenceError: the simulation diverged before it could be measured.
-    """
-    solver = Solver(studied.scene, studied.fidelity)
-    is_wet = studied.scene.water is not None
-    robot = Solver(replace(studied.scene, water=None), studied.fidelity) if is_wet else solver
-    dt = min(solver.dt, robot.dt)
-    whole = Trial(solver, dt)
-    dry = Trial(robot, dt) if is_wet else whole
-    ablation = Ablation(robot.simulation)
-
-    repeated = [partial(ablation.repeat, part, whole.count, dt) for part in ablation.parts]
-    timers: list[Callable[[], float]] = [whole.seconds, *(partial(cpu_seconds, work) for work in repeated)]
-    if is_wet:
-        timers.append(dry.seconds)
-    for first in timers:
-        first()  # compiles
-    seconds, *others = in_turn(timers, repeats)
-    total = whole.per_particle(seconds)
-    named = {part.name.lower(): whole.per_particle(each) for part, each in zip(ablation.parts, others, strict=False)}
-    if is_wet:
-        named["water"] = total - dry.per_particle(others[-1])
-    contained = SubstepPart.DECOMPOSITION.name.lower()  # in the deformation
-    everything = sum(ns for name, ns in named.items() if name != contained)
-    for name, ns in {"substep": total, "sum": everything, **named}.items():
-        yield Share(studied.env, solver.particle_count, name, ns, ns / total)
 
 
 class Trial:
