@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 import torch
 
-from tests.sim.scenes import fidelity, medium_scene
+from tests.sim.scenes import fidelity, medium_scene, passive_block
 from zoobench.sim import equilibrium as module
 from zoobench.sim.equilibrium import equilibrated, state_folder
+from zoobench.sim.model.elastic_bodies import SceneObject
 from zoobench.sim.model.laws.sand import SandMaterial
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.state import Matter
@@ -89,6 +90,16 @@ def test_everything_that_decides_the_state_is_in_the_key(computed: list[int], mo
     monkeypatch.setattr(module, "_sources", lambda: b"other physics")
     get(scene)
     assert len(computed) == 8
+
+
+def test_a_particle_of_an_object_is_in_the_key(computed: list[int]) -> None:
+    """However many there are: another place of one is another state."""
+    block = passive_block((0.6, 0.3, 0.6), (5, 5, 5), np.zeros(3))
+    moved = block.positions.copy()
+    moved[500, 0] = np.nextafter(moved[500, 0], 1.0)
+    for body in (block, replace(block, positions=moved)):
+        get(replace(medium_scene("sand"), medium=None, objects=(SceneObject("block", body),)))
+    assert len(computed) == 2
 
 
 def test_machines_of_one_kind_may_still_differ(computed: list[int], monkeypatch: pytest.MonkeyPatch) -> None:

@@ -76,7 +76,8 @@ def _key(scene: Scene, fidelity: Fidelity, frames: int, frame_seconds: float) ->
 
 
 def _feed(digest: "hashlib._Hash", value: Any) -> None:
-    """Add a value of plain data to the digest: dataclasses and arrays by content, the rest as it prints."""
+    """Add a value of plain data to the digest: dataclasses, tuples and arrays by content, the rest as it
+    prints."""
     if isinstance(value, np.ndarray):
         digest.update(f"{value.dtype.str}{value.shape}".encode())
         digest.update(np.ascontiguousarray(value).tobytes())
@@ -86,6 +87,10 @@ def _feed(digest: "hashlib._Hash", value: Any) -> None:
             digest.update(f"{item.name}=".encode())
             _feed(digest, getattr(value, item.name))
         digest.update(b")")
+    elif isinstance(value, tuple):
+        digest.update(f"{len(value)}(".encode())
+        for item in value:
+            _feed(digest, item)
     else:
         digest.update(f"{value!r};".encode())
 
