@@ -45,7 +45,6 @@ VARIABLES: Mapping[str, tuple[str, str]] = {
     "ENABLE_TAICHI_HEADER_PRINT": ("Whether Taichi prints its version when it is loaded.", "`False`"),
     "ZOOBENCH_DEBUG": ("With any text, kernels check every access to an array against its bounds. Slow.", "off"),
     "ZOOBENCH_QUICK_COMPILE": ("With any text, kernels compile faster and run slower, as in tests.", "off"),
-    "ZOOBENCH_LAUNCH_CLOCK": ("A folder into which every process writes what its kernels took.", "off"),
 }
 """What each environment variable is for, and what holds where it is not set."""
 

@@ -36,7 +36,6 @@ _PLACES = {
     "ground": "ground", "ice": "ice", "desert": "sand", "snow": "snow", "clay": "clay", "wetland": "mud",
     "ocean": "ocean",
 }  # fmt: skip
-_GUARD = "'"  # before a text that a spreadsheet would take for a formula
 _LEVELS = ("draft", "standard", "paper")
 _TASKS = {"movement-speed": "moving", "turning": "turning"}
 _MARKED = re.compile(r"(<!-- tables.py: ([a-z-]+) -->\n\n).*?(\n<!-- end -->)", re.DOTALL)
@@ -193,19 +192,6 @@ def speed() -> str:
     )  # fmt: skip
 
 
-def run_shares() -> str:
-    """By command: its processor time, and the percent of each part."""
-    parts = ("advance", "reverse", "survey", "launching", "loading", "rest")
-    return _table(
-        ("command", "CPU [s]", *parts),
-        (
-            (f"`run {row['command'].lstrip(_GUARD)}`", _rounded(float(row["cpu_s"])),
-             *(_percent(float(row[f"{part}_s"]) / float(row["cpu_s"])) for part in parts))
-            for row in _rows("docs/run-shares.csv")
-        ),
-    )  # fmt: skip
-
-
 def _rows(name: str) -> list[dict[str, str]]:
     """The rows of a CSV file of the repository."""
     with (ROOT / name).open(encoding="utf-8", newline="") as file:
@@ -215,7 +201,7 @@ def _rows(name: str) -> list[dict[str, str]]:
 TABLES: dict[str, Callable[[], str]] = {
     "accuracy": accuracy, "softness": softness, "foot": foot, "rest-frame": rest_frame, "judge": judge,
     "firm-ground": firm_ground, "beds": beds, "bodies": bodies,
-    "speed": speed, "run-shares": run_shares,
+    "speed": speed,
 }  # fmt: skip
 
 

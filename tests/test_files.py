@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from zoobench.errors import UsageError
-from zoobench.files import read_whole, replace_files
+from zoobench.files import hash_of_sources, read_whole, replace_files
 
 
 def test_files_are_replaced_and_nothing_else_is_left(tmp_path: Path) -> None:
@@ -87,3 +87,19 @@ def test_the_ending_is_checked_first(tmp_path: Path) -> None:
         read_whole(tmp_path / "nowhere.iso", endings=(".stl", ".obj", ".ply"))
     with pytest.raises(UsageError, match="cannot be read"):
         read_whole(tmp_path / "nowhere.stl", endings=(".stl",))
+
+
+def test_the_hash_of_sources_is_of_names_and_contents(tmp_path: Path) -> None:
+    """A module that changes, moves or is added changes it; other files and folders left out do not."""
+    (tmp_path / "cli").mkdir()
+    (tmp_path / "one.py").write_text("1")
+    found = [hash_of_sources(tmp_path, leave_out=("cli",))]
+    (tmp_path / "cli" / "command.py").write_text("2")
+    (tmp_path / "data.csv").write_text("3")
+    assert hash_of_sources(tmp_path, leave_out=("cli",)) == found[0]
+    found.append(hash_of_sources(tmp_path))
+    (tmp_path / "one.py").write_text("2")
+    found.append(hash_of_sources(tmp_path))
+    (tmp_path / "one.py").rename(tmp_path / "two.py")
+    found.append(hash_of_sources(tmp_path))
+    assert len(set(found)) == 4

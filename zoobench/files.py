@@ -1,8 +1,9 @@
 """Files that are read and replaced as wholes: what is read is a regular file of a bounded size."""
 
+import hashlib
 import secrets
 import stat
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 from zoobench.errors import UsageError, reason
@@ -64,3 +65,17 @@ def replace_files(contents: Mapping[Path, bytes], *, make_folders: bool = False)
     finally:
         for part in parts.values():
             part.unlink(missing_ok=True)
+
+
+def hash_of_sources(package: Path, *, leave_out: Collection[str] = ()) -> str:
+    """The sha256 of the names and contents of a package's modules, as of now.
+
+    Args:
+        package: its folder.
+        leave_out: folders in it that do not count.
+    """
+    digest = hashlib.sha256()
+    for path in sorted(package.rglob("*.py")):
+        if (name := path.relative_to(package)).parts[0] not in leave_out:
+            digest.update(name.as_posix().encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()

@@ -22,6 +22,7 @@ from zoobench import registry
 from zoobench.arrays import Array
 from zoobench.cell.problem import Problem
 from zoobench.cell.seeding import generator
+from zoobench.files import hash_of_sources
 from zoobench.inputs import named_runs, run_name, solution_in
 from zoobench.registry import Kind
 from zoobench.rounding import CHOICES
@@ -34,7 +35,7 @@ DRAWS = 8
 # without method and seed: all runs of a cell are compared with the same references
 _SEED_AXES = ("env", "task", "design", "controller")
 _AXES = (*_SEED_AXES, "fidelity", "frames")
-_AROUND = ("cli", "db", "gym", "harness", "methods", "render", "report", "verify")
+_AROUND = ("accuracy", "cli", "db", "gym", "harness", "methods", "render", "report", "studies", "testing")
 """Packages that no reference depends on."""
 
 
@@ -122,12 +123,8 @@ def _key(spec: RunSpec, name: str) -> str:
 def code_digest() -> bytes:
     """A hash of the sources of zoobench, but those of what is done around an episode, and of libraries' versions.
 
-    Kept, as all of it is what this process and those that are forked from it have loaded.
+    Kept, as all of it is what this process has loaded.
     """
-    root = Path(zoobench.__file__).parent
+    sources = hash_of_sources(Path(zoobench.__file__).parent, leave_out=_AROUND)
     libraries = [version(library) for library in ("taichi", "torch", "numpy", "scipy")]
-    digest = hashlib.sha256(canonical_json(libraries).encode())
-    for path in sorted(root.rglob("*.py")):
-        if path.relative_to(root).parts[0] not in _AROUND:
-            digest.update(path.read_bytes())
-    return digest.digest()
+    return hashlib.sha256(canonical_json([sources, *libraries]).encode()).digest()

@@ -14,7 +14,6 @@ from zoobench.cell.episode import Evaluation, evaluation_of
 from zoobench.cell.history import History
 from zoobench.cell.motion import motion_of
 from zoobench.cell.observation import Layout, ObservationModel, seen_by
-from zoobench.cell.observer import Observer
 from zoobench.cell.problem import Problem
 from zoobench.cell.wall_gap import gaps_of, reading, told
 from zoobench.errors import BudgetExhaustedError, Divergence, UsageError
@@ -22,6 +21,8 @@ from zoobench.spec import FRAME_SECONDS
 from zoobench.tasks.base import Motion, Task
 
 if TYPE_CHECKING:
+    from torch import Tensor
+
     from zoobench.sim.solver import Solver
 
 
@@ -83,7 +84,7 @@ class Session:
         shape = (2, *self._playback.rollout.positions.shape[1:])
         self._positions, self._velocities = (torch.zeros(shape, dtype=torch.float64) for _ in range(2))
         self._starts = [self._start(world) for world in range(solver.worlds)]
-        self._observers = [self._observer(world) for world in range(solver.worlds)]
+        self._begun = [self._centre(world) for world in range(solver.worlds)]
         self._joined: dict[tuple[int, ...], tuple[Motion, NDArray[np.int64]]] = {}
         self._over = np.ones(solver.worlds, dtype=bool)
         self._last = np.zeros(solver.worlds)
@@ -177,7 +178,7 @@ class Session:
                     self._playback.lead_in(world, lead_ins[world])
             self._tasks[world] = tasks.get(world, self._problem.task)
             self._starts[world] = self._start(world)
-            self._observers[world] = self._observer(world)
+            self._begun[world] = self._centre(world)
             if self._history is not None:
                 self._history.note(world, 0, self._playback.rollout)
         self._over[chosen] = False
@@ -241,23 +242,25 @@ class Session:
         problem, place = self._problem, slice(world, world + 1)
         return motion_of(self._playback.rollout, problem.body, problem.density, place)
 
-    def _observer(self, world: int) -> Observer:
-        """Of a world that is about to begin."""
-        task, model = self._tasks[world], self._observation_model
-        if task is not self._problem.task:
-            model = observation_model(self._problem, task)
-        begun = self._weights.share @ self._starts[world].positions[1, 0]
-        return Observer(model, self._weights, self._positions[1, world], self._velocities[1, world], begun)
+    def _centre(self, world: int) -> "Tensor":
+        """Centre of mass of a world that is about to begin `[3]` [m]."""
+        return self._weights.share @ self._starts[world].positions[1, 0]
 
     def _observations(self) -> Array:
         """Of all worlds `[worlds, observation_count]`."""
         import torch
 
-        seen = np.empty((self.worlds, self.observation_count))
+        now = zip(self._playback.frames.tolist(), self._positions[1], self._velocities[1], self._begun, strict=True)
         with torch.inference_mode():
-            for observer, frame, row in zip(self._observers, self._playback.frames.tolist(), seen, strict=True):
-                observer.write(frame, row)
-        return seen
+            seen = [
+                self._model_of(world).observe_with(self._weights, *state).numpy() for world, state in enumerate(now)
+            ]
+        return np.stack(seen)
+
+    def _model_of(self, world: int) -> ObservationModel:
+        """The observations of a world, whose task may be one of its own."""
+        task = self._tasks[world]
+        return self._observation_model if task is self._problem.task else observation_model(self._problem, task)
 
     def _told(self, world: int, failure: Divergence) -> Divergence:
         """A failure in the last frame, by how near the robot has come to a side of its arena."""

@@ -20,6 +20,7 @@ import psutil
 
 import zoobench
 from zoobench import __version__, registry, rounding
+from zoobench.files import hash_of_sources
 from zoobench.spec import AXES, RunSpec
 
 PACKAGES = (
@@ -62,7 +63,7 @@ def _code(package: Path) -> dict[str, Any]:
 
     What an installed package was built from, `hatch_build.py` has written beside its modules.
     """
-    code: dict[str, Any] = {"files": sources(package), "commit": None, "dirty": None, "diff": None}
+    code: dict[str, Any] = {"files": hash_of_sources(package), "commit": None, "dirty": None, "diff": None}
     if not (package.parent / ".git").exists():
         built = package / _COMMIT_FILE
         return code | (json.loads(built.read_text()) if built.exists() else {})
@@ -75,12 +76,9 @@ def _code(package: Path) -> dict[str, Any]:
     return code
 
 
-def sources(package: Path = Path(zoobench.__file__).parent) -> str:
-    """A hash of the names and contents of a package's files, as of now."""
-    files = hashlib.sha256()
-    for path in sorted(package.rglob("*.py")):
-        files.update(path.relative_to(package).as_posix().encode() + b"\0" + path.read_bytes())
-    return files.hexdigest()
+def sources() -> str:
+    """A hash of zoobench's modules, as of now."""
+    return hash_of_sources(Path(zoobench.__file__).parent)
 
 
 def plugins_of(spec: RunSpec) -> dict[str, dict[str, str | None]]:
@@ -138,7 +136,8 @@ def _module_hash(module: str) -> str | None:
     if found is None or found.origin is None:
         return None
     path = Path(found.origin)
-    return sources(path.parent) if found.submodule_search_locations else hashlib.sha256(path.read_bytes()).hexdigest()
+    is_package = found.submodule_search_locations is not None
+    return hash_of_sources(path.parent) if is_package else hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 @lru_cache(maxsize=1)

@@ -17,7 +17,7 @@ import numpy as np
 import taichi as ti
 import torch
 
-from zoobench.files import replace_files
+from zoobench.files import hash_of_sources, replace_files
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.state import Matter
@@ -69,8 +69,8 @@ def state_folder() -> Path:
 
 def _key(scene: Scene, fidelity: Fidelity, frames: int, frame_seconds: float) -> str:
     """A hash of everything that determines the state, processor and compilers too: they differ in rounding."""
-    digest = hashlib.sha256(_sources())
-    for value in (scene, fidelity, frames, frame_seconds, processor(), ti.__version__, torch.__version__):
+    digest = hashlib.sha256()
+    for value in (_sources(), scene, fidelity, frames, frame_seconds, processor(), ti.__version__, torch.__version__):
         _feed(digest, value)
     return digest.hexdigest()
 
@@ -110,13 +110,9 @@ def processor() -> str:
 
 
 @cache
-def _sources() -> bytes:
+def _sources() -> str:
     """A hash of the simulator's sources, which hold the physics."""
-    digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.rglob("*.py")):
-        digest.update(path.name.encode())
-        digest.update(path.read_bytes())
-    return digest.digest()
+    return hash_of_sources(Path(__file__).parent)
 
 
 def _read(path: Path) -> Matter | None:

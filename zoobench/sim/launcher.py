@@ -10,7 +10,6 @@ from torch import Tensor
 
 from zoobench.arrays import Array
 from zoobench.errors import SceneError, UsageError
-from zoobench.sim import launch_clock
 from zoobench.sim.kernels import half_step, serial, sleep_survey, survey
 from zoobench.sim.kernels.boundary import NONE, PLANE, TERRAIN, WALL_NODES
 from zoobench.sim.kernels.laws.law import Law
@@ -58,7 +57,6 @@ class Launcher:
         self._worlds, self._real, self._device = worlds, real, device
         self.shape = _grid_shape(scene, fidelity.grid_spacing)
         self.launches: Counter[str] = Counter()
-        launch_clock.watch(self)
         law = law_of(scene.medium.material) if scene.medium else None
         self.variant = Variant(
             muscle=Effect.MUSCLE in scene.effects,

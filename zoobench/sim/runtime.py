@@ -4,7 +4,7 @@ import atexit
 import contextlib
 import os
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -254,3 +254,14 @@ def real(precision: int) -> torch.dtype:
 def host_real(kind: torch.dtype) -> type[np.floating]:
     """The NumPy type of the same precision."""
     return np.float64 if kind is torch.float64 else np.float32
+
+
+def work_clock(device: Device) -> Callable[[], float]:
+    """Seconds of work so far: of the processor's time, and on CUDA of wall time once all launches are done."""
+
+    def after_all() -> float:
+        ti.sync()
+        torch.cuda.synchronize()
+        return time.perf_counter()
+
+    return after_all if device == "cuda" else time.process_time

@@ -8,8 +8,7 @@ import pytest
 
 from tests.cli.conftest import Command
 from zoobench.spec import Ref
-from zoobench_verify.bench import run_shares, speed
-from zoobench_verify.bench.run_shares import RunShare
+from zoobench_verify.bench import speed
 from zoobench_verify.bench.speed import EpisodeRate, Speed
 
 RATE = EpisodeRate(1200.0, 900.0, 1300.0, 6.5)
@@ -17,19 +16,14 @@ RATE = EpisodeRate(1200.0, 900.0, 1300.0, 6.5)
 
 @pytest.fixture(autouse=True)
 def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, ...]]:
-    """Measure nothing: what was asked for, each at 1200 frames per second, or with half of 40 s in kernels."""
+    """Measure nothing: what was asked for, each at 1200 frames per second."""
     found: list[tuple[str, ...]] = []
 
     def measure(env: Ref, fidelity: Ref, *, worlds: int, gradients: bool, repeats: int) -> Speed:
         found.append((env.name, str(fidelity), str(worlds), str(repeats)))
         return Speed(str(env), str(fidelity), worlds, 428, 100, RATE, RATE if gradients else None)
 
-    def measure_run(options: str) -> RunShare:
-        found.append((options,))
-        return RunShare(options, 2, 40.0, 25.0, 12.0, 8.0, 0.5, 0.5, 3.0, 16.0)
-
     monkeypatch.setattr(speed, "measure", measure)
-    monkeypatch.setattr(run_shares, "measure_run", measure_run)
     return found
 
 
@@ -51,16 +45,3 @@ def test_people_and_programs_have_the_rates(zoobench: Command) -> None:
     assert row["processor"]
     (forward,) = json.loads(zoobench("verify", "bench", "--env", "ice", "--no-gradients", "--format", "json").out)
     assert (forward["forward_fps"], forward["gradient_fps"]) == (1200.0, None)
-
-
-def test_runs_are_profiled_instead(zoobench: Command, asked: list[tuple[str, ...]]) -> None:
-    """People have shares in percent, programs seconds."""
-    words = ("verify", "bench", "--run", "--env ground", "--run", "--env ice")
-    reply = zoobench(*words)
-    assert asked == [("--env ground",), ("--env ice",)]
-    assert reply.out.splitlines()[-1].split()[-6:] == ["30", "20", "1.25", "1.25", "7.5", "40"]
-    rows = json.loads(zoobench(*words, "--format", "json").out)
-    assert [(row["command"], row["cpu_s"], row["rest_s"]) for row in rows] == [
-        ("--env ground", 40.0, 16.0),
-        ("--env ice", 40.0, 16.0),
-    ]

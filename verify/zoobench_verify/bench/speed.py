@@ -12,9 +12,8 @@ from zoobench.cell.driving import travelling_wave
 from zoobench.envs.base import Environment
 from zoobench.errors import DivergenceError
 from zoobench.registry import Kind
-from zoobench.sim.launch_clock import work_clock
 from zoobench.sim.model.fidelity import Fidelity
-from zoobench.sim.runtime import check_device
+from zoobench.sim.runtime import check_device, work_clock
 from zoobench.sim.solver import Solver
 from zoobench.spec import Ref
 

@@ -8,10 +8,9 @@ from typer import Option
 from zoobench.cli.options import EnvOption, FormatOption, OneFidelityOption
 from zoobench.cli.output import Format, emit
 from zoobench.cli.steps import Steps
-from zoobench.report.listing import Listing, Measured, listing_of
+from zoobench.report.listing import Listing, Measured
 
 if TYPE_CHECKING:
-    from zoobench_verify.bench.run_shares import RunShare
     from zoobench_verify.bench.speed import EpisodeRate, Speed
 
 
@@ -21,25 +20,13 @@ def bench(
     worlds: Annotated[int, Option("--worlds", min=1, help="Worlds simulated in parallel.")] = 1,
     gradients: Annotated[bool, Option(help="Measure the backward pass, too.")] = True,
     repeats: Annotated[int, Option("--repeats", min=1, help="Episodes per environment; the median is shown.")] = 5,
-    run: Annotated[
-        list[str] | None,
-        Option(
-            "--run",
-            help="Profile a `zoobench run` with these options instead, as in '--env ground --task turning'. Can be "
-            "given several times.",
-        ),
-    ] = None,
     form: FormatOption = Format.TABLE,
 ) -> None:
     """Measure the speed of the simulator on this machine.
 
     Shows how many control frames of 8 ms one core simulates per second: of the caterpillar in each environment, forward
     and with the gradient, with the least and the largest of the repeats. M/s are million particle-substeps per second.
-    With --run it shows where the processor time of a run goes: kernels, launches, loading kernels, and the rest.
     """
-    if run:
-        _profile(run, form)
-        return
     from zoobench.harness.grid import parse_one, parse_selector
     from zoobench.registry import Kind
     from zoobench_verify.bench.speed import Speed, measure
@@ -52,19 +39,6 @@ def bench(
             rows.append(measure(one, resolution, worlds=worlds, gradients=gradients, repeats=repeats))
             steps.end(f"{one}: {rows[-1].forward.fps:.3g} frames/s forward")
     emit(_speeds(rows), form, programs=_with_origin(_speeds_for_programs(rows)))
-
-
-def _profile(commands: Sequence[str], form: Format) -> None:
-    """Measure and print where the processor time of these runs goes."""
-    from zoobench_verify.bench.run_shares import RunShare, measure_run
-
-    rows: list[RunShare] = []
-    with Steps(len(commands)) as steps:
-        for options in commands:
-            steps.begin(f"zoobench run {options}")
-            rows.append(measure_run(options))
-            steps.end(f"zoobench run {options}: {rows[-1].cpu_s:.3g} s")
-    emit(_shares(rows), form, programs=_with_origin(listing_of(RunShare, rows)))
 
 
 def _with_origin(listing: Listing) -> Listing:
@@ -107,15 +81,3 @@ def _speeds_for_programs(rows: "Sequence[Speed]") -> Listing:
             for row in rows
         ),
     )  # fmt: skip
-
-
-def _shares(rows: "Sequence[RunShare]") -> Listing:
-    """The parts of each run in percent of its processor time."""
-    parts = ("advance", "reverse", "survey", "launching", "loading", "rest")
-    return Listing(
-        ("run", "CPU [s]", "wall [s]", *(f"{part} [%]" for part in parts)),
-        tuple(
-            (row.command, row.cpu_s, row.wall_s, *(100 * getattr(row, f"{part}_s") / row.cpu_s for part in parts))
-            for row in rows
-        ),
-    )

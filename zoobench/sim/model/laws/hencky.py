@@ -53,6 +53,29 @@ class HenckyMedium(SolidMedium):
         return elastic, np.where(loose, volume, 0.0), keep
 
 
+@dataclass(frozen=True)
+class VonMisesMedium(HenckyMedium):
+    """A Hencky medium whose deviatoric stress yields at one limit, whatever the pressure.
+
+    Attributes:
+        yield_stress: Frobenius norm of the deviatoric Kirchhoff stress at yield [Pa]; sqrt(2/3) of the uniaxial one.
+    """
+
+    yield_stress: float
+
+    yields = True
+    locks = True
+
+    @property
+    def largest_shear(self) -> float:
+        """Of a confined column, where |dev tau| = 2 mu sqrt(2/3) shear is the yield stress."""
+        return self.yield_stress / float(2.0 * self.mu * np.sqrt(2.0 / 3.0))
+
+    def largest_deviator(self, volume: Array) -> Array:
+        """By the yield stress."""
+        return np.full(volume.shape, self.yield_stress / (2.0 * self.mu))
+
+
 def linear_stress(strain: Array, mu: float, lam: float) -> Array:
     """Principal stresses `[..., 3]` [Pa] 2 mu eps + lambda tr(eps) of Hencky strains `[..., 3]`."""
     result: Array = 2.0 * mu * strain + lam * strain.sum(-1, keepdims=True)
@@ -63,8 +86,3 @@ def quadratic_energy(strain: Array, mu: float, lam: float) -> Array:
     """Energy density [J/m^3] mu eps:eps + lambda/2 tr(eps)^2 of Hencky strains `[..., 3]`."""
     result: Array = mu * np.square(strain).sum(-1) + 0.5 * lam * strain.sum(-1) ** 2
     return result
-
-
-def shear_at_yield(yield_stress: float, mu: float) -> float:
-    """Shear strain of a confined column at yield [-], where |dev tau| = 2 mu sqrt(2/3) shear is the yield stress."""
-    return yield_stress / float(2.0 * mu * np.sqrt(2.0 / 3.0))

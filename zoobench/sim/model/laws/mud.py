@@ -5,37 +5,24 @@ from dataclasses import dataclass
 import numpy as np
 
 from zoobench.arrays import Array
-from zoobench.sim.model.laws.hencky import HenckyMedium, shear_at_yield
+from zoobench.sim.model.laws.hencky import VonMisesMedium
 
 
 @dataclass(frozen=True)
-class MudMaterial(HenckyMedium):
+class MudMaterial(VonMisesMedium):
     """Wet mud: Bingham-like in shear, a fluid in volume (pressure K (1 - J), no tension).
 
     Attributes:
-        yield_stress: Frobenius norm of the deviatoric Kirchhoff stress at yield [Pa].
         viscosity: eta [Pa s].
     """
 
-    yield_stress: float
     viscosity: float
 
     name = "mud"
     kernels = "zoobench.sim.kernels.laws.mud"
     constants = ("mu", "lam", "yield_stress", "viscosity")
     colour = (0.46, 0.38, 0.27)
-    yields = True
     flows = True
-    locks = True
-
-    @property
-    def largest_shear(self) -> float:
-        """At the yield stress."""
-        return shear_at_yield(self.yield_stress, self.mu)
-
-    def largest_deviator(self, volume: Array) -> Array:
-        """By the yield stress."""
-        return np.full(volume.shape, self.yield_stress / (2.0 * self.mu))
 
     def stress(self, strain: Array, history: Array | float = 1.0) -> Array:
         """2 mu dev(eps) + K J (J - 1), without tension."""
