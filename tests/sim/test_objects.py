@@ -20,6 +20,7 @@ from zoobench.sim.model.scene import Effect, Ground, Scene
 from zoobench.sim.model.standing import standing
 from zoobench.sim.solver import Solver
 from zoobench_verify.energies import energy_balance
+from zoobench_verify.validate.objects import on_a_back
 
 H = scenes.SPACING
 GRAVITY = 9.81
@@ -228,3 +229,10 @@ def test_objects_are_refused_in_water_on_a_grid_and_in_a_medium_that_sticks() ->
         replace(scenes.flight_scene(), water=GridWater(), objects=block)
     with pytest.raises(SceneError, match="Objects are possible on the ground"):
         replace(scenes.medium_scene("sand"), objects=block)
+
+
+def test_a_box_slips_on_a_back_as_friction_lets_it() -> None:
+    """One of 5 cells, whose edges a contact could catch on, is taken along with mu g within 12 %."""
+    times, speeds = on_a_back(5, 1.0, 0.5)
+    late = times > 0.3 * times[-1]
+    assert np.polyfit(times[late], speeds[late], 1)[0] == pytest.approx(0.5 * GRAVITY, rel=0.12)

@@ -5,22 +5,24 @@ particles see those of their own body alone. At a node where the volume shares o
 inelastic impulse keeps them from moving into each other, with Coulomb friction (Bardenhagen, Brackbill and Sulsky
 2000). Where they add up to less, there is a gap, which a node by itself does not show: the splines of both reach over
 it by up to a cell. The impulse is equal and opposite, and never adds energy. Solid bodies carry a slow one whole, see
-`PRELOAD`. Where three bodies meet, they do so pair by pair in a fixed order.
-
-Against a medium the normal is the gradient of its mass, by differences between neighbours: a bed is smooth on the scale
-of the grid, while the gradient of a robot of a few cells is tilted along all its edges, on which it would stick. Medium
-without a gradient, deep in the robot or in the midst of splashes, moves with it. Between a robot and an object, or two
-objects, it is the gradient of the second one's share of both, which sees no void beside them.
+`PRELOAD`. Where three bodies meet, they do so pair by pair in a fixed order. For the normal see `contact_normal`.
 """
 
 from typing import Any
 
 import taichi as ti
 
-from zoobench.sim.kernels.boundary import WALL_NODES, contact, contact_adjoint
+from zoobench.sim.kernels.boundary import contact, contact_adjoint
+from zoobench.sim.kernels.contact_normal import (
+    FLAT,
+    beside,
+    contact_slope,
+    contact_slope_adjoint,
+    mass_of_full_node,
+)
 from zoobench.sim.kernels.layout import MOMENTUM, PUSH, SURFACE, VELOCITY, while_compiling
 from zoobench.sim.kernels.mud_wall import most_friction, most_friction_adjoint
-from zoobench.sim.kernels.room import free_volume_beside, free_volumes, ground_height
+from zoobench.sim.kernels.room import free_volumes
 from zoobench.sim.kernels.skin_contact import STOP_NODES, coulomb_friction, coulomb_friction_adjoint
 
 CONTACT_FROM, CONTACT_WHOLE = 0.7, 0.8
@@ -39,49 +41,6 @@ The impulse takes a share of the approach, which gravity renews in every substep
 ever less for ever. What this pressure, half a kPa between robot and bed, stops within a substep is stopped whole, so
 that a state of rest exists. With more, a narrow footing carries more than it should.
 """
-
-FLAT = 0.01
-"""Gradient of the medium's volume share [1/cell] below which there is no normal; at a surface it is 0.48."""
-
-
-@ti.func
-def beside(c: ti.template(), index: ti.template(), rooms):
-    """Factors of the shares' masses at the next and at the last node along each direction in central differences: zero
-    beside the window, and both along a wall's normal on its plane and beyond."""
-    count = (c.scene.nodes_x, c.scene.nodes_y, c.scene.nodes_z)
-    low = (1.0 * WALL_NODES, ground_height(c.terrain, index, c.variant.ground), 1.0 * WALL_NODES)
-    up, down = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
-    for d in ti.static(range(3)):
-        if index[d] > low[d] and index[d] < count[d] - 1 - WALL_NODES:
-            if index[d] + 1 < c.window[c.window_slot, c.w, 3 + d]:
-                up[d] = 0.5 / free_volume_beside(c, index, rooms, d, 1)
-            if index[d] > c.window[c.window_slot, c.w, d]:
-                down[d] = 0.5 / free_volume_beside(c, index, rooms, d, -1)
-    return up, down
-
-
-@ti.func
-def mass_gradient(c: ti.template(), m, up, down):
-    """Gradient of the mass at node m [kg/cell], as if it filled what walls cut off."""
-    slope = ti.Vector([0.0, 0.0, 0.0])
-    for d in ti.static(range(3)):
-        stride = (c.nodes.sx, c.nodes.sy, 1)[d]
-        if up[d] > 0.0:
-            slope[d] += up[d] * c.grid[MOMENTUM, m + stride][3]
-        if down[d] > 0.0:
-            slope[d] += -down[d] * c.grid[MOMENTUM, m - stride][3]
-    return slope
-
-
-@ti.func
-def mass_gradient_adjoint(c: ti.template(), m, up, down, adjoint):
-    """Adjoint of `mass_gradient`: adds to those of the neighbours' mass."""
-    for d in ti.static(range(3)):
-        stride = (c.nodes.sx, c.nodes.sy, 1)[d]
-        if up[d] > 0.0:
-            c.grid_adjoint[MOMENTUM, m + stride] += ti.Vector([0.0, 0.0, 0.0, up[d] * adjoint[d]])
-        if down[d] > 0.0:
-            c.grid_adjoint[MOMENTUM, m - stride] += ti.Vector([0.0, 0.0, 0.0, -down[d] * adjoint[d]])
 
 
 @ti.func
@@ -167,59 +126,12 @@ def free_velocity(c: ti.template(), q):
 
 
 @ti.func
-def mass_of_full_node(c: ti.template(), k: ti.template()):
-    """Mass of a node in the midst of the body of layer k [kg]."""
-    full = c.scene.robot_full
-    if ti.static(c.variant.is_medium(k)):
-        full = c.scene.medium_full
-    elif ti.static(k > 0):
-        full = c.scene.object_full[k - 1]
-    return full
-
-
-@ti.func
 def friction_between(c: ti.template(), pair: ti.template()):
     """Coulomb coefficient of a pair of layers."""
     friction = c.scene.interface_friction
     if ti.static(c.variant.objects > 0):
         friction = c.scene.pair_friction[pair]
     return friction
-
-
-@ti.func
-def contact_slope(c: ti.template(), pair: ti.template(), m, up, down):
-    """Gradient of the second body of a pair [1/cell], to which the contact's normal is opposite."""
-    a, b = ti.static(c.variant.pairs[pair])
-    slope = mass_gradient(c, m + b * c.nodes.size, up, down) / mass_of_full_node(c, b)
-    if ti.static(not c.variant.is_medium(b)):
-        own = mass_gradient(c, m + a * c.nodes.size, up, down) / mass_of_full_node(c, a)
-        of_a = c.grid[MOMENTUM, m + a * c.nodes.size][3] / mass_of_full_node(c, a)
-        of_b = c.grid[MOMENTUM, m + b * c.nodes.size][3] / mass_of_full_node(c, b)
-        slope = (of_a * slope - of_b * own) / (of_a + of_b)
-    return slope
-
-
-@ti.func
-def contact_slope_adjoint(c: ti.template(), pair: ti.template(), m, node, found: ti.template(), by_slope):
-    """Adjoint of `contact_slope` by the masses of both at the node; adds to those of the neighbours' mass."""
-    a, b = ti.static(c.variant.pairs[pair])
-    full, of_first, of_second = mass_of_full_node(c, b), 0.0 * c.dt, 0.0 * c.dt
-    by_second = by_slope
-    if ti.static(not c.variant.is_medium(b)):
-        other = mass_of_full_node(c, a)
-        own = mass_gradient(c, m + a * c.nodes.size, found.up, found.down) / other
-        slope = mass_gradient(c, m + b * c.nodes.size, found.up, found.down) / full
-        of_a = c.grid[MOMENTUM, m + a * c.nodes.size][3] / other
-        of_b = c.grid[MOMENTUM, m + b * c.nodes.size][3] / full
-        r = 1.0 / (of_a + of_b)
-        # slope = (a s - b o) r with r = 1 / (a + b): by a it is b r^2 (s + o), by b minus a r^2 (s + o)
-        both = r * r * by_slope.dot(slope + own)
-        of_first, of_second = both * of_b / other, 0.0 - both * of_a / full
-        by_own = (0.0 - r * of_b / other) * by_slope
-        mass_gradient_adjoint(c, node + a * c.nodes.size, found.up, found.down, by_own)
-        by_second = (r * of_a) * by_slope
-    mass_gradient_adjoint(c, node + b * c.nodes.size, found.up, found.down, by_second / full)
-    return of_first, of_second
 
 
 @ti.func
@@ -242,7 +154,7 @@ def contact_impulse(c: ti.template(), pair: ti.template(), m, index: ti.template
                 strength = c.dt * PRELOAD * c.scene.inverse / (CONTACT_WHOLE - CONTACT_FROM)
                 preload = strength * (total - CONTACT_FROM)
             up, down = beside(c, index, rooms)
-            slope = contact_slope(c, pair, m, up, down)
+            slope = contact_slope(c, pair, m, ti.Struct(up=up, down=down, room=room))
             change = contact_change(relative, slope, share, preload, friction_between(c, pair))
             reduced = q[3] * o[3] / (q[3] + o[3])
             impulse = reduced * change
