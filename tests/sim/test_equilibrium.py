@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 import torch
 
-from tests.sim.scenes import fidelity, medium_scene
+from tests.sim.scenes import fidelity, ground_scene, medium_scene, passive_block
 from zoobench.sim import equilibrium as module
 from zoobench.sim.equilibrium import equilibrated, state_folder
+from zoobench.sim.model.elastic_bodies import SceneObject
 from zoobench.sim.model.laws.sand import SandMaterial
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.state import Matter
@@ -89,6 +90,17 @@ def test_everything_that_decides_the_state_is_in_the_key(computed: list[int], mo
     monkeypatch.setattr(module, "_sources", lambda: b"other physics")
     get(scene)
     assert len(computed) == 8
+
+
+def test_the_smallest_difference_of_an_object_is_in_the_key() -> None:
+    """An object stands in a tuple, and prints without the middle of its arrays."""
+    body = passive_block((0.4, 0.0, 0.1), (4, 4, 4), np.zeros(3))
+    moved = body.positions.copy()
+    moved[len(moved) // 2, 0] = np.nextafter(moved[len(moved) // 2, 0], 1.0)
+    bodies = body, replace(body, positions=moved)
+    scenes = [replace(ground_scene(), objects=(SceneObject("block", each),)) for each in bodies]
+    one, other = (module._key(scene, fidelity(), FRAMES, 0.008) for scene in scenes)
+    assert one != other
 
 
 def test_machines_of_one_kind_may_still_differ(computed: list[int], monkeypatch: pytest.MonkeyPatch) -> None:

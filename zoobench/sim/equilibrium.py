@@ -76,7 +76,8 @@ def _key(scene: Scene, fidelity: Fidelity, frames: int, frame_seconds: float) ->
 
 
 def _feed(digest: "hashlib._Hash", value: Any) -> None:
-    """Add a value of plain data to the digest: dataclasses and arrays by content, the rest as it prints."""
+    """Add a value of plain data to the digest: dataclasses, tuples and arrays by content, the rest as it prints, which
+    of an array leaves out its middle and most of its digits."""
     if isinstance(value, np.ndarray):
         digest.update(f"{value.dtype.str}{value.shape}".encode())
         digest.update(np.ascontiguousarray(value).tobytes())
@@ -85,6 +86,11 @@ def _feed(digest: "hashlib._Hash", value: Any) -> None:
         for item in fields(value):
             digest.update(f"{item.name}=".encode())
             _feed(digest, getattr(value, item.name))
+        digest.update(b")")
+    elif isinstance(value, tuple):
+        digest.update(b"(")
+        for each in value:
+            _feed(digest, each)
         digest.update(b")")
     else:
         digest.update(f"{value!r};".encode())
