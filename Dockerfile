@@ -8,7 +8,7 @@ RUN apt-get update && apt-get install -y --no-install-recommends libgl1 libosmes
 RUN pip install --no-cache-dir torch --index-url https://download.pytorch.org/whl/cpu
 WORKDIR /opt/zoobench
 COPY . .
-RUN pip install --no-cache-dir ./verify '.[meshes,parquet,plots,ppo,qd,render,report]'
+RUN pip install --no-cache-dir '.[meshes,parquet,plots,ppo,qd,render,report]' ./verify
 
 # Databases and compiled kernels stay where the folder is mounted.
 WORKDIR /data

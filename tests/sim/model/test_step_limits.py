@@ -8,7 +8,7 @@ import pytest
 
 from tests.sim import scenes
 from zoobench.errors import StepSizeError
-from zoobench.sim.model.elastic_bodies import ElasticBody
+from zoobench.sim.model.elastic_bodies import ElasticBody, SceneObject
 from zoobench.sim.model.fidelity import Fidelity, Kernel, Transfer
 from zoobench.sim.model.laws.elastic import lame_parameters
 from zoobench.sim.model.laws.snow import SMALLEST_PLASTIC, SnowMaterial
@@ -39,6 +39,17 @@ def test_limit_is_that_of_the_isolated_particle() -> None:
     assert limits["robot"] == pytest.approx(scenes.SPACING * np.sqrt(lightest / kappa))
     mu, lam = lame_parameters(1e5, 0.2)
     assert limits["sand"] == pytest.approx(scenes.SPACING * np.sqrt(1600 / (2 * mu + 3 * lam)))
+
+
+@pytest.mark.parametrize("name", ["ball", "ground"])
+def test_the_lightest_body_decides_the_step_on_the_ground(name: str) -> None:
+    """An object's density counts, whatever it is called."""
+    scene = scenes.ground_scene()
+    body = scenes.passive_block((0.5, 0.0, 0.5), (2, 2, 2), np.zeros(3))
+    light = replace(body, material=replace(body.material, density=5.0, youngs_modulus=1e3))
+    alone = step_limits(scene, scenes.fidelity(), 1.0, 1.0)["ground"]
+    found = step_limits(replace(scene, objects=(SceneObject(name, light),)), scenes.fidelity(), 1.0, 1.0)
+    assert found["ground"] == pytest.approx(alone * np.sqrt(5.0 / (1000.0 * scene.robot.density_ratio.min())))
 
 
 @pytest.mark.parametrize("setting", [{"kernel": "cubic"}, {"transfer": "pic"}, {"medium_transfer": "pic"}])

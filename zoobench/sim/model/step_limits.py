@@ -150,9 +150,10 @@ def step_limits(scene: Scene, fidelity: Fidelity, stiffness_max: float, density_
     kappa = kappa_of(mu, lam, stiffness, material.muscle_strength, LARGEST_STRETCH)
     limits = {"robot": isolated_particle_limit(fidelity, kappa / density, damping * material.viscosity / density)}
     if scene.ground is not None and has_skin(scene):
-        limits["ground"] = skin_limit(fidelity, scene.ground.skin.rate / density)
+        lightest = min([density, *(_lowest_density(each.body) for each in scene.objects)])
+        limits["ground"] = skin_limit(fidelity, scene.ground.skin.rate / lightest)
     for each in scene.objects:
-        limits[each.name] = _object_limit(each.body, fidelity)
+        limits[f"object {each.name}"] = _object_limit(each.body, fidelity)  # it may be called like other matter
     if scene.medium is not None:
         medium = scene.medium.material
         limits[medium.name] = _medium_limit(medium, fidelity, medium.kappa / medium.density)
@@ -227,9 +228,13 @@ def whole_substeps(frame_seconds: float, dt: float) -> int:
 
 
 def _object_limit(body: ElasticBody, fidelity: Fidelity) -> float:
-    material, density = body.material, body.material.density * float(body.density_ratio.min())
+    material, density = body.material, _lowest_density(body)
     kappa = elastic_kappa(*material.lame, float(body.stiffness.max()), 0.0, LARGEST_STRETCH)
     return isolated_particle_limit(fidelity, kappa / density, material.viscosity / density)
+
+
+def _lowest_density(body: ElasticBody) -> float:
+    return body.material.density * float(body.density_ratio.min())
 
 
 def _medium_limit(medium: Medium, fidelity: Fidelity, stiffness: float) -> float:
