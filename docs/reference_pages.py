@@ -43,6 +43,7 @@ VARIABLES: Mapping[str, tuple[str, str]] = {
     **dict.fromkeys(THREAD_VARIABLES, (f"Threads of a numerical library. {_CHILDREN}", "as the library decides")),
     **{name: (_ROUNDING, f"`{value}`") for name, value in rounding.CHOICES.items()},
     "ENABLE_TAICHI_HEADER_PRINT": ("Whether Taichi prints its version when it is loaded.", "`False`"),
+    "TI_SKIP_VERSION_CHECK": ("`ON` keeps Taichi from asking its server for newer versions once a day.", "`ON`"),
     "ZOOBENCH_DEBUG": ("With any text, kernels check every access to an array against its bounds. Slow.", "off"),
     "ZOOBENCH_QUICK_COMPILE": ("With any text, kernels compile faster and run slower, as in tests.", "off"),
 }

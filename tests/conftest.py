@@ -84,13 +84,6 @@ def _end_runtime() -> Iterator[None]:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def _end_fork_server() -> Iterator[None]:
-    yield
-    if (forking := sys.modules.get("tests.forking")) is not None:
-        forking.stop()
-
-
-@pytest.fixture(scope="session", autouse=True)
 def _repeated_migrations() -> Iterator[None]:
     from tests.new_databases import repeated_migrations  # late: it loads libraries whose threads are chosen above
 
@@ -104,15 +97,6 @@ def ctrl_c() -> Iterator[None]:
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
-
-
-@pytest.fixture
-def shared_fork_server() -> Iterator[None]:
-    """Pools of workers have one fork server for all tests of this process, in place of one each."""
-    from tests.forking import for_pools
-
-    with for_pools():
-        yield
 
 
 @pytest.fixture

@@ -36,7 +36,7 @@ def run(
     decide: float | None = None,
     device: str = "",
     db: str | Path = "zoobench.db",
-    jobs: int = 2,
+    jobs: int | None = None,
     timeout: float | None = None,
     retry: str = "",
     progress: "Callable[[RunRow], None] | None" = None,
@@ -52,7 +52,7 @@ def run(
         seeds: how many, or which.
         budget: in substeps, or a text as `"60 seconds"`.
         db: the database, a path or a PostgreSQL URL; it is made if it is not there.
-        jobs: runs at a time.
+        jobs: runs at a time; None for two, with `smoke` for one.
         timeout: wall time that one attempt may take [s].
         retry: state of earlier runs to try again: failed, diverged, timeout, cancelled or all.
         progress: called about twice a second with each run that has moved on, in place of the display.
@@ -84,11 +84,12 @@ def run(
     cells = asked.cells(str(db), coarsest_fidelity, say)
     check_devices(map(spec_of, cells))
     queued = queue(cells, str(db), retry=Retry(retry) if retry else None)
+    workers = asked.workers if jobs is None else jobs
     if queued.todo and progress is not None:
-        run_all(db, queued.todo, jobs=jobs, timeout=timeout, on_update=lambda rows: _tell(progress, rows))
+        run_all(db, queued.todo, jobs=workers, timeout=timeout, on_update=lambda rows: _tell(progress, rows))
     elif queued.todo:
         with display(queued.todo) as shown:
-            run_all(db, queued.todo, jobs=jobs, timeout=timeout, on_update=shown.update)
+            run_all(db, queued.todo, jobs=workers, timeout=timeout, on_update=shown.update)
     with load(db) as database:
         return database.tidy(keys={cell.key() for cell in cells if not isinstance(cell, Skip)})
 

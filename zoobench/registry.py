@@ -393,12 +393,6 @@ def names_file(expected: Any) -> bool:
     return isinstance(expected, type) and issubclass(expected, InputFile)
 
 
-def load_own() -> None:
-    """Load zoobench's own components of all kinds, and no plug-ins."""
-    for kind in Kind:
-        _load_own(kind)
-
-
 def has_plugins() -> bool:
     """Whether any installed package offers components."""
     return not importlib.metadata.entry_points().groups.isdisjoint(f"zoobench.{kind}" for kind in Kind)
@@ -408,12 +402,6 @@ def distributions() -> dict[str, str]:
     """The names of the installed packages that offer components, by the top-level module of an entry point."""
     points = (point for kind in Kind for point in _entry_points().select(group=f"zoobench.{kind}"))
     return {point.module.partition(".")[0]: point.dist.name for point in points if point.dist is not None}
-
-
-def look_again() -> None:
-    """Look for plug-ins anew where a component is asked for next, as they may have been installed meanwhile."""
-    _discovered.clear()
-    _entry_points.cache_clear()
 
 
 @cache

@@ -6,17 +6,21 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from mmap import mmap
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
+import psutil
 import pytest
 
 from tests.conformance.cells import cell
 from tests.methods.toy import Context
-from zoobench.cell.memory import allow, memory_of, peak_memory, share_among
+from zoobench.cell import memory
+from zoobench.cell.memory import allow, begin_account, memory_of, peak_memory, share_among
 from zoobench.cell.problem import Problem
 from zoobench.errors import UsageError
-from zoobench.harness.child import finals_of
+from zoobench.harness.finals import finals_of
 from zoobench.methods.diffphysics import DiffPhysics
 from zoobench.sim.memory_budget import MEMORY_VARIABLE, WORKERS_VARIABLE, memory_share
 from zoobench.spec import Budget
@@ -33,7 +37,8 @@ def _own_environment(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 @pytest.mark.parametrize(("system", "told"), [("linux", 3 * 2**10), ("darwin", 3 * 2**20)])
 def test_peak_memory_is_in_bytes(monkeypatch: pytest.MonkeyPatch, system: str, told: int) -> None:
-    """Linux counts in KiB, macOS in bytes."""
+    """Of a whole process Linux counts in KiB, macOS in bytes."""
+    monkeypatch.setattr(memory, "_STATUS", Path("/nowhere"))
     monkeypatch.setattr(sys, "platform", system)
     monkeypatch.setattr(resource, "getrusage", lambda _: SimpleNamespace(ru_maxrss=told))
     assert peak_memory() == 3 * 2**20
@@ -41,17 +46,23 @@ def test_peak_memory_is_in_bytes(monkeypatch: pytest.MonkeyPatch, system: str, t
 
 def test_a_system_that_does_not_tell_is_no_error(monkeypatch: pytest.MonkeyPatch) -> None:
     """Windows does not have the module."""
+    monkeypatch.setattr(memory, "_STATUS", Path("/nowhere"))
     monkeypatch.setitem(sys.modules, "resource", None)
     assert peak_memory() is None
 
 
 def test_memory_that_was_used_is_in_the_peak() -> None:
-    """The peak includes memory that was released."""
-    block = bytearray(50 * 2**20)
-    del block
-    found = peak_memory()
-    assert found is not None
-    assert 50 * 2**20 < found < 2**34
+    """The peak includes memory that was released, but not what was released before the account began."""
+    found = []
+    for size in (90 * 2**20, 50 * 2**20):
+        begin_account()
+        before = psutil.Process().memory_info().rss
+        with mmap(-1, size) as block:
+            block[::4096] = bytes(size // 4096)
+        found.append((peak_memory() or 0) - before)
+    assert found[0] > 85 * 2**20
+    assert found[1] > 45 * 2**20
+    assert found[1] < 80 * 2**20 or sys.platform != "linux"
 
 
 def _outcome(size: str, design: str) -> tuple[object, int, int]:

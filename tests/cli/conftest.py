@@ -29,9 +29,7 @@ Command = Callable[..., Reply]
 
 
 @pytest.fixture
-def zoobench(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], shared_fork_server: None
-) -> Command:
+def zoobench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Command:
     """Run a command line in an empty folder."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("ZOOBENCH_DB", raising=False)

@@ -9,7 +9,7 @@ from shutil import which
 
 import pytest
 
-from tests import forking
+from tests import programs
 
 DOCS = Path(__file__).parents[2] / "docs"
 TUTORIALS = sorted((DOCS / "tutorials").glob("*.md"))
@@ -33,7 +33,7 @@ def test_a_tutorial_runs(page: Path, tmp_path: Path) -> None:
     """In an empty folder, without an error."""
     code = "\n".join(text for _, text in blocks_of(page))
     (tmp_path / "tutorial.py").write_text(code)
-    done = forking.run("tutorial.py", cwd=tmp_path)
+    done = programs.run("tutorial.py", cwd=tmp_path)
     assert code
     assert done.returncode == 0, done.stderr
 
@@ -51,7 +51,7 @@ def test_a_tutorial_runs_word_for_word(page: Path, tmp_path: Path) -> None:
         code = "".join(text for known, text in blocks[: number + 1] if known == "python")
         (tmp_path / f"{number}.{language}").write_text(code if language == "python" else text)
         if language == "python":  # which knows the names of the blocks before it
-            done = forking.run(f"{number}.python", cwd=tmp_path, timeout=_SECONDS)
+            done = programs.run(f"{number}.python", cwd=tmp_path, timeout=_SECONDS)
         else:
             done = run_commands(tmp_path / f"{number}.sh", {**os.environ, "PATH": tools})
         assert done.returncode == 0, f"{text}\n{done.stdout}\n{done.stderr}"
@@ -67,7 +67,7 @@ def test_a_notebook_runs(notebook: Path, tmp_path: Path) -> None:
     for module in ("matplotlib", *(("pyvista",) if notebook.stem == "film" else ())):
         pytest.importorskip(module)
     (tmp_path / "notebook.py").write_text(notebook.read_text(encoding="utf-8"))
-    done = forking.run("notebook.py", cwd=tmp_path, environ={"MPLBACKEND": "agg"}, timeout=_SECONDS)
+    done = programs.run("notebook.py", cwd=tmp_path, environ={"MPLBACKEND": "agg"}, timeout=_SECONDS)
     assert done.returncode == 0, done.stderr
     assert list(tmp_path.glob("*.png"))
 

@@ -7,7 +7,7 @@ from textwrap import dedent
 
 import pytest
 
-from tests import forking
+from tests import programs
 
 HEAD = """
 import gymnasium, numpy, zoobench.gym
@@ -27,7 +27,7 @@ def run(tmp_path: Path) -> Run:
     def run(body: str) -> subprocess.CompletedProcess[str]:
         lines = ["    " + line for line in dedent(body).splitlines()]
         (tmp_path / "program.py").write_text("\n".join([HEAD, "if __name__ == '__main__':", *lines]))
-        return forking.run("program.py", cwd=tmp_path, timeout=100.0)
+        return programs.run("program.py", cwd=tmp_path, timeout=100.0)
 
     return run
 

@@ -1,12 +1,23 @@
-"""A child process that does something odd in the run with seed 0, `bad_child.py ODDITY`, and is well otherwise."""
+"""A child process that does something odd in the run with seed 0, `bad_child.py ODDITY`, and is well otherwise.
 
+A result of each run is the number of its process.
+"""
+
+import _thread
+import ctypes
 import math
 import os
+import random
+import signal
 import subprocess
 import sys
+import time
 from contextlib import suppress
 from typing import Any
 
+import numpy as np
+
+from zoobench.harness import child
 from zoobench.harness.child import ChildContext, RunOutcome, serve
 from zoobench.spec import RunSpec
 
@@ -15,11 +26,16 @@ SLEEP = (sys.executable, "-c", "import time; time.sleep(600)")
 
 def solve(spec: RunSpec, context: ChildContext) -> RunOutcome:
     """A run with one iteration."""
+    os.write(2, f"run {spec.seed}\nbegins\n".encode())
     context.report(1, position=1.0)
+    if sys.argv[1] == "draws" and "ODD" not in os.environ:
+        os.environ.update(ODD="1")
+        print(random.random(), np.random.random(), flush=True)
     if spec.seed == 0:
         ODDITIES[sys.argv[1]](context)
     is_nan = spec.seed == 0 and sys.argv[1] == "nan-params"
-    return RunOutcome([("score", 1.0, "m")], [math.nan if is_nan else 1.0])
+    finals = [("score", 1.0, "m"), ("process", float(os.getpid()), "")]
+    return RunOutcome(finals, [math.nan if is_nan else 1.0])
 
 
 def _leave_a_process(context: ChildContext) -> None:
@@ -67,7 +83,42 @@ def _nest(context: ChildContext) -> None:
     os.write(context._wire._stream.fileno(), b'{"type":"metric","step":' + b"[" * 200_000 + b"\n")
 
 
+def _print_without_end(context: ChildContext) -> None:
+    """A line longer than is kept, and two that wait in buffers of Python and of a library."""
+    ctypes.CDLL(None).printf(b"by a library")
+    sys.stdout.write("x" * (1 << 20) + "\n")
+    sys.stdout.write("by Python\n")
+
+
+def _fail(context: ChildContext) -> None:
+    raise ValueError
+
+
+def _is_last(context: ChildContext) -> None:
+    context.is_last = True
+
+
+def _grow(context: ChildContext) -> None:
+    KEPT.append(np.ones(20 << 20))
+
+
+KEPT: list[Any] = []
 ODDITIES: dict[str, Any] = {
+    "none": lambda context: None,
+    "draws": lambda context: None,
+    "prints": _print_without_end,
+    "fails": _fail,
+    "is-last": _is_last,
+    "is-full": lambda context: setattr(child, "_MOST_RUNS", 1),
+    "grows": _grow,
+    "leaves-a-thread": lambda context: _thread.start_new_thread(lambda: time.sleep(600.0), ()),
+    "goes-away": lambda context: os.chdir("/"),
+    "sets-the-path": lambda context: sys.path.append("odd"),
+    "closes-output": lambda context: sys.stdout.close(),
+    "redirects-output": lambda context: os.dup2(os.open(os.devnull, os.O_WRONLY), 2),
+    "replaces-output": lambda context: setattr(sys, "stdout", sys.stderr),
+    "sets-a-signal": lambda context: signal.signal(signal.SIGUSR1, signal.SIG_IGN),
+    "ignores-errors": lambda context: np.seterr(all="ignore"),
     "nan-progress": lambda context: context.progress(math.nan, None),
     "large-step": lambda context: context.report(2**70, position=1.0),
     "nested": _nest,

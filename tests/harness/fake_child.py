@@ -12,7 +12,8 @@ import sys
 import time
 
 from zoobench.errors import Divergence, DivergenceError
-from zoobench.harness.child import ChildContext, Final, RunOutcome, serve
+from zoobench.harness.child import ChildContext, RunOutcome, serve
+from zoobench.harness.finals import Final
 from zoobench.spec import RunSpec
 from zoobench.tasks.base import Metric
 

@@ -60,6 +60,11 @@ def work_on_fakes(
         return store.runs(ids=ids)
 
 
+def children() -> list[psutil.Process]:
+    """The processes that this one has started, and theirs."""
+    return psutil.Process().children(recursive=True)
+
+
 class Killer:
     """Kills the child process at random moments of its run: after a share of it, and a part of an iteration."""
 
@@ -72,10 +77,10 @@ class Killer:
     def __call__(self, rows: list[RunRow]) -> None:
         if self.done == len(self._shares) or rows[0].fraction < self._shares[self.done]:
             return
-        children = [child for server in psutil.Process().children() for child in server.children()]
-        if children and rows[0].state is RunState.RUNNING:
+        found = children()
+        if found and rows[0].state is RunState.RUNNING:
             time.sleep(self._random.uniform(0.0, 0.2))
-            for child in children:
+            for child in found:
                 child.kill()
             self.done += 1
 

@@ -1,23 +1,24 @@
 """The child process with the real simulator in it: what it reports, and that a killed run comes to the same end."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tests.conformance.cells import cell
 from tests.harness.helpers import Killer, numbers
 from zoobench import registry
 from zoobench.cell.problem import Problem
 from zoobench.db.rows import RunRow, RunState
 from zoobench.db.store import Store
 from zoobench.harness import presets, supervise, worker_pool
+from zoobench.harness.child import brings_code
 from zoobench.harness.grid import expand
 from zoobench.harness.worker_pool import run_all
 from zoobench.methods.archive import Archive
 from zoobench.registry import Kind
 from zoobench.spec import Budget, Ref, RunSpec
-
-pytestmark = pytest.mark.usefixtures("shared_fork_server")
 
 _KILLS = 2
 
@@ -115,6 +116,18 @@ def test_a_killed_run_ends_as_an_undisturbed_one(tmp_path: Path, method: str) ->
         assert elites["scores"][0] == finals["score"]
         for name, array in elites.items():
             np.testing.assert_array_equal(array, others[name])
+
+
+def test_other_code_is_the_last_that_a_process_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A plug-in may do to it what it likes, and so may an agent from outside."""
+    monkeypatch.setitem(registry._components, Kind.METHOD, dict(registry._components[Kind.METHOD]))
+
+    @registry.register(Kind.METHOD, "foreign")
+    def foreign() -> None: ...
+
+    methods = ("random", "ppo", "external", "foreign")
+    specs = [replace(cell(), method=registry.get(Kind.METHOD, name).ref_with({})) for name in methods]
+    assert [brings_code(spec) for spec in specs] == [False, False, True, True]
 
 
 @pytest.mark.parametrize("method", _POLICY)

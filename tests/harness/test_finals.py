@@ -8,7 +8,8 @@ import pytest
 from tests.methods.toy import Quadratic
 from zoobench.cell.episode import Evaluation
 from zoobench.errors import UsageError
-from zoobench.harness.child import ChildContext, Orders, finals_of
+from zoobench.harness.child import ChildContext, Orders
+from zoobench.harness.finals import finals_of
 from zoobench.methods.base import Solution
 from zoobench.spec import Budget
 from zoobench.tasks.base import Metric

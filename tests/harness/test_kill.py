@@ -55,7 +55,7 @@ class _Killer:
             return False
         try:
             launcher = psutil.Process(self.launcher.pid)
-            children = launcher.children()
+            children = launcher.children(recursive=True)
             if not children:
                 return False
             child = self._random.choice(children)

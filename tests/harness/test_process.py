@@ -1,23 +1,19 @@
 """A child process and what it leaves behind."""
 
-import socket
 import subprocess
 import sys
 import time
-from dataclasses import replace
 from pathlib import Path
 
 import psutil
 import pytest
 
-from tests.harness.helpers import enqueue, spec, work_on_fakes
+from tests.harness.helpers import spec, work_on_fakes
 from tests.harness.test_messages import bad
 from zoobench.db.rows import Claim, RunState
 from zoobench.db.store import Store
-from zoobench.harness import messages, process, worker_pool
-from zoobench.harness.fork_server import can_fork
-from zoobench.harness.process import ChildProcess, End, LogLine, start
-from zoobench.spec import Ref
+from zoobench.harness import messages, process
+from zoobench.harness.process import ChildProcess, End, LogLine, StartedProcess
 
 LEAVES_A_PROCESS_BEHIND = """
 import subprocess, sys
@@ -30,7 +26,8 @@ def test_a_child_ends_though_a_process_out_of_reach_holds_its_pipes_open(monkeyp
     """Its last words are read, its end is announced, and closing it does not hang."""
     monkeypatch.setattr(process, "_LAST_WORDS_SECONDS", 0.3)
     begin = time.monotonic()
-    child = ChildProcess(start([sys.executable, "-c", LEAVES_A_PROCESS_BEHIND]), Claim(1, spec(), "owner", 1, None))
+    child = ChildProcess(StartedProcess([sys.executable, "-c", LEAVES_A_PROCESS_BEHIND]))
+    child.begin(Claim(1, spec(), "owner", 1, None))
     events = []
     while not events or events[-1] != End():
         event = child.next(10.0)
@@ -40,19 +37,6 @@ def test_a_child_ends_though_a_process_out_of_reach_holds_its_pipes_open(monkeyp
     assert child.wait() == 0
     child.close()
     assert time.monotonic() - begin < 20.0
-
-
-def test_a_run_on_a_gpu_is_not_forked(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What has started a GPU cannot be forked; other runs are, if the server can."""
-    asked: list[object] = []
-    monkeypatch.setattr(process, "fork", lambda *_: asked.append(1))
-    server, other = socket.socketpair()
-    command = [sys.executable, "-c", "pass"]
-    for fidelity, count in (("draft", 1), ("draft[device=cuda]", 1)):
-        assert start(command, server, replace(spec(), fidelity=Ref.parse(fidelity))).wait() == 0
-        assert len(asked) == count
-    server.close()
-    other.close()
 
 
 def test_a_last_message_is_read_however_long_it_takes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -91,7 +75,7 @@ def test_a_line_without_end_takes_no_memory(tmp_path: Path) -> None:
     assert int(done.stdout) < 64 * 2**20
     with Store(path) as store:
         assert [row.state for row in store.runs()] == [RunState.DONE]
-        assert [line.text for line in store.logs(1)] == ["x" * 2000]
+        assert [line.text for line in store.logs(1)] == ["run 0", "begins", "x" * 2000]
 
 
 def test_a_flood_of_lines_is_read_over(tmp_path: Path) -> None:
@@ -100,7 +84,7 @@ def test_a_flood_of_lines_is_read_over(tmp_path: Path) -> None:
     assert [row.state for row in work_on_fakes(path, child=bad("flood-of-lines"), timeout=120.0)] == [RunState.DONE]
     with Store(path) as store:
         lines = [line.text for line in store.logs(1)]
-    assert lines[:-1] == ["a line of twenty b."] * 9_999
+    assert lines[2:-1] == ["a line of twenty b."] * 9_997
     assert lines[-1].startswith("(more lines")
 
 
@@ -110,29 +94,22 @@ def test_a_method_that_closes_its_standard_input_goes_on(tmp_path: Path) -> None
     assert [row.state for row in work_on_fakes(path, child=bad("closes-input"))] == [RunState.DONE]
 
 
-@pytest.mark.usefixtures("shared_fork_server")
+_LINUX = pytest.mark.skipif(sys.platform != "linux", reason="Linux's")
+
+
 @pytest.mark.parametrize(
-    ("oddity", "forks"),
+    "oddity",
     [
-        ("leaves", False),
-        ("leaves-and-dies", False),
-        *(
-            pytest.param(oddity, True, marks=pytest.mark.skipif(not can_fork(), reason="nothing is forked here"))
-            for oddity in ("leaves", "leaves-and-dies", "leaves-sessions", "leaves-sessions-and-dies")
-        ),
-        pytest.param("leaves-sessions", False, marks=pytest.mark.skipif(sys.platform != "linux", reason="Linux's")),
+        "leaves",
+        "leaves-and-dies",
+        pytest.param("leaves-sessions", marks=_LINUX),
+        pytest.param("leaves-sessions-and-dies", marks=_LINUX),
     ],
 )
-def test_what_a_child_has_started_ends_with_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, oddity: str, forks: bool
-) -> None:
-    """Whether it was started or forked, and however it ended."""
+def test_what_a_child_has_started_ends_with_it(tmp_path: Path, oddity: str) -> None:
+    """However it ended, and though another run follows."""
     path = tmp_path / "zoo.db"
-    if forks:
-        monkeypatch.setattr(worker_pool, "CHILD_COMMAND", bad(oddity))
-        worker_pool.run_all(path, enqueue(path), child=bad(oddity))
-    else:
-        work_on_fakes(path, child=bad(oddity))
+    work_on_fakes(path, 2, child=bad(oddity))
     with Store(path) as store:
         left = [int(line.text.split()[1]) for line in store.logs(1) if line.text.startswith("left ")]
     assert left

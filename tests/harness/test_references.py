@@ -3,7 +3,6 @@
 import threading
 import time
 from collections.abc import Iterator
-from functools import partial
 from pathlib import Path
 
 import pytest
@@ -13,7 +12,7 @@ from zoobench.db.owner import Owner
 from zoobench.db.rows import Claim, RunState
 from zoobench.db.store import Store
 from zoobench.harness import supervise
-from zoobench.harness.process import start
+from zoobench.harness.process import ChildProcess, StartedProcess
 
 REFERS = fake("refers", iterations=2)
 
@@ -49,7 +48,9 @@ def test_nobody_waits_for_ever(pair: tuple[Store, Claim], monkeypatch: pytest.Mo
     """After a while a run computes it though another is at it."""
     monkeypatch.setattr(supervise, "REFERENCE_SECONDS", 0.3)
     store, claim = pair
-    assert supervise.supervise(store, claim, partial(start, REFERS), stop=threading.Event()) is RunState.DONE
+    child = ChildProcess(StartedProcess(REFERS))
+    assert supervise.supervise(store, claim, child, stop=threading.Event()) is RunState.DONE
+    child.end()
     assert _finals(store, claim.run_id)["computed"] == 1.0
 
 
@@ -65,6 +66,7 @@ def test_a_run_that_waits_can_be_stopped(pair: tuple[Store, Claim]) -> None:
         stop.set()
 
     threading.Thread(target=interrupt).start()
-    assert supervise.supervise(store, claim, partial(start, REFERS), stop=stop) is RunState.CANCELLED
+    child = ChildProcess(StartedProcess(REFERS))
+    assert supervise.supervise(store, claim, child, stop=stop) is RunState.CANCELLED
     (attempt,) = store.attempts(claim.run_id)
     assert (attempt.outcome, attempt.exit_code, attempt.signal) == (RunState.CANCELLED, 0, None)

@@ -1,4 +1,4 @@
-"""A storm of signals on launchers, fork servers and children, and restarts of the database's server.
+"""A storm of signals on launchers, guardians and children, and restarts of the database's server.
 
 1,000 of them, or as many as the environment variable ZOOBENCH_STORM says; `pytest -m slow -rP` shows which they were.
 """
@@ -21,7 +21,6 @@ from tests.harness.helpers import fake, launch_fakes, numbers, spec
 from tests.postgres import Server
 from zoobench.db.rows import OPEN_STATES, RunState
 from zoobench.db.store import Store
-from zoobench.harness import worker_pool
 
 SIGNALS = int(os.environ.get("ZOOBENCH_STORM", "1000"))
 _RESTARTS = 10  # of the database's server
@@ -32,25 +31,17 @@ _LAUNCH = """
 import sys
 from zoobench.db.rows import UNSUCCESSFUL_STATES
 from zoobench.db.store import Store
-from zoobench.harness import worker_pool
-location, forks, *child = sys.argv[1:]
-if forks == "forks":
-    worker_pool.CHILD_COMMAND = tuple(child)
+from zoobench.harness.worker_pool import run_all
+location, *child = sys.argv[1:]
 with Store(location, create=False) as store:
     ids = [row.id for row in store.runs()]
     store.retry(ids)  # those that were given up: more than three attempts in a row met a signal at once
-worker_pool.run_all(location, ids, child=child)
+run_all(location, ids, child=child)
 """
 _KINDS = (signal.SIGKILL, signal.SIGKILL, signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGSTOP)
 
-_AIMS = {
-    ("forks", "launcher"): 2,
-    ("starts", "launcher"): 2,
-    ("forks", "server"): 1,
-    ("forks", "child"): 4,
-    ("starts", "child"): 4,
-}
-"""How often a signal is meant for a launcher, its fork server or a child."""
+_AIMS = {"launcher": 4, "guardian": 2, "child": 8}
+"""How often a signal is meant for a launcher, a child or its guardian."""
 
 
 class _Storm:
@@ -58,27 +49,26 @@ class _Storm:
 
     def __init__(self, location: str, seed: str) -> None:
         self._location, self._random = location, random.Random(seed)
-        self._launchers: dict[str, subprocess.Popen[bytes]] = {}
+        self._launchers: dict[int, subprocess.Popen[bytes]] = {}
         self._aim = self._next_aim()
         self.sent: Counter[str] = Counter()
 
     def keep_launching(self) -> None:
-        for how in ("forks", "starts"):
-            launcher = self._launchers.get(how)
+        for number in range(2):
+            launcher = self._launchers.get(number)
             if launcher is None or launcher.poll() is not None:
-                command = [sys.executable, "-c", _LAUNCH, self._location, how, *_CHILD]
-                self._launchers[how] = subprocess.Popen(command, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+                command = [sys.executable, "-c", _LAUNCH, self._location, *_CHILD]
+                quiet = {"stderr": subprocess.DEVNULL, "stdout": subprocess.DEVNULL}
+                self._launchers[number] = subprocess.Popen(command, **quiet)
 
     def strike(self) -> None:
         """One signal to a process of the kind that chance has chosen; until there is one, the choice stands."""
-        how, place = self._aim
+        launcher, place = self._aim
         with suppress(psutil.NoSuchProcess):
-            victims = _family(psutil.Process(self._launchers[how].pid))
-            if place == "server" and not victims[place] and victims["child"]:
-                place = "launcher"  # its server is dead, and with a new launcher comes another
-            if not victims[place]:
+            victims = _family(psutil.Process(self._launchers[launcher].pid))[place]
+            if not victims:
                 return
-            victim, kind = self._random.choice(victims[place]), self._random.choice(_KINDS)
+            victim, kind = self._random.choice(victims), self._random.choice(_KINDS)
             victim.send_signal(kind)
             self.sent[place] += 1
             self._aim = self._next_aim()
@@ -86,9 +76,9 @@ class _Storm:
                 time.sleep(self._random.uniform(0.1, 1.0))
                 victim.send_signal(signal.SIGCONT)
 
-    def _next_aim(self) -> tuple[str, str]:
-        (aim,) = self._random.choices(list(_AIMS), list(_AIMS.values()))
-        return aim
+    def _next_aim(self) -> tuple[int, str]:
+        (place,) = self._random.choices(list(_AIMS), list(_AIMS.values()))
+        return self._random.randrange(2), place
 
     def pause(self) -> None:
         time.sleep(self._random.uniform(0.05, 0.6))
@@ -103,12 +93,10 @@ class _Storm:
 
 
 def _family(launcher: psutil.Process) -> dict[str, list[psutil.Process]]:
-    """The living processes of a launcher by what they are; children are its own or those of its fork server."""
-    started = _living(launcher.children())
-    servers = [process for process in started if "zoobench.harness.fork_server" in process.cmdline()]
-    forked = [child for server in servers for child in _living(server.children())]
-    children = [process for process in started if process not in servers]
-    return {"launcher": _living([launcher]), "server": servers, "child": children + forked}
+    """The living processes of a launcher by what they are."""
+    guardians = _living(launcher.children())
+    children = [child for guardian in guardians for child in _living(guardian.children())]
+    return {"launcher": _living([launcher]), "guardian": guardians, "child": children}
 
 
 def _living(processes: list[psutil.Process]) -> list[psutil.Process]:
@@ -145,9 +133,7 @@ def _wait_for_all(location: str, storm: _Storm) -> int:
 
 
 @pytest.mark.slow
-def test_a_storm_of_signals_changes_no_number(
-    location: str, tmp_path: Path, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_storm_of_signals_changes_no_number(location: str, tmp_path: Path, request: pytest.FixtureRequest) -> None:
     """Every run is done, its results are sealed, and every number is that of an undisturbed database, bit for bit."""
     server: Server | None = request.getfixturevalue("postgres") if "://" in location else None
     _queue_more(location)
@@ -165,9 +151,8 @@ def test_a_storm_of_signals_changes_no_number(
                 server.start()
         count = _wait_for_all(location, storm)
     print(f"{storm.sent.total()} signals {dict(storm.sent)}, {restarts - 1} restarts of the server, {count} runs")
-    assert min(storm.sent[place] for place in ("launcher", "server", "child")) > SIGNALS // 40
+    assert min(storm.sent[place] for place in _AIMS) > SIGNALS // 40
     calm = str(tmp_path / "calm.db")
-    monkeypatch.setattr(worker_pool, "CHILD_COMMAND", _CALM)  # forked, if they can be: there are hundreds
     launch_fakes(calm, count, child=_CALM)
     with Store(location) as store:
         assert (store.check(), store.damage(), store.unsealed()) == ([], [], 0)

@@ -13,8 +13,6 @@ from zoobench.harness.worker_pool import run_all
 from zoobench.inputs import run_name
 from zoobench.spec import Budget, RunSpec
 
-pytestmark = pytest.mark.usefixtures("shared_fork_server")
-
 FIRST = replace(cell(Budget("iterations", 2), method="random[batch=2]"), seed=4)
 
 

@@ -1,6 +1,5 @@
 """Runs from queue to result, with real workers and child processes and a small method in place of the simulator."""
 
-import contextlib
 import signal
 import sqlite3
 import subprocess
@@ -9,21 +8,18 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import suppress
-from functools import partial
 from pathlib import Path
 
 import psutil
 import pytest
 
-from tests.forking import children
-from tests.harness.helpers import enqueue, fake, launch_fakes, numbers, work_on_fakes
+from tests.harness.helpers import children, enqueue, fake, launch_fakes, numbers, work_on_fakes
 from tests.postgres import Server
-from zoobench.db.rows import Batch, Claim, Ending, RunRow, RunState
+from zoobench.db.rows import Batch, RunRow, RunState
 from zoobench.db.store import Store
 from zoobench.errors import StorageError, StorageFullError, UsageError
 from zoobench.harness import worker_pool
-from zoobench.harness.fork_server import can_fork
-from zoobench.harness.process import start
+from zoobench.harness.process import ChildProcess, StartedProcess
 from zoobench.harness.supervise import supervise
 from zoobench.harness.worker_pool import run_all
 
@@ -51,7 +47,7 @@ def test_runs_are_done_and_recorded(path: Path) -> None:
             assert store.solution(row.id) == (curve[-1].value,)
             assert [line.text for line in store.logs(row.id)] == ["a word on standard output"]
             (attempt,) = store.attempts(row.id)
-            assert (attempt.outcome, attempt.exit_code) == (RunState.DONE, 0)
+            assert (attempt.outcome, attempt.exit_code, attempt.signal) == (RunState.DONE, None, None)
             assert attempt.provenance["thread_settings"]["OMP_NUM_THREADS"] == "1"
 
 
@@ -283,33 +279,6 @@ def test_a_clock_that_is_set_in_the_midst_of_runs_loses_none(
     assert caplog.records == []
 
 
-@pytest.mark.skipif(not can_fork(), reason="nothing is forked here")
-def test_the_end_of_a_fork_server_is_no_fault_of_its_children(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """They are lost with it, and hardly anything counts against their runs."""
-    child = fake(iterations=200, pause=0.01)
-    monkeypatch.setattr(worker_pool, "CHILD_COMMAND", child)
-    killed: list[int] = []
-
-    def kill(rows: list[RunRow]) -> None:
-        with contextlib.suppress(psutil.NoSuchProcess):  # a child that ends meanwhile
-            servers = [each for each in psutil.Process().children() if each.children()]
-            if servers and not killed:
-                killed.append(servers[0].pid)
-                servers[0].kill()
-
-    def finish(store: Store, claim: Claim, ending: Ending, batch: Batch) -> None:
-        endings.append(ending)
-        store_it(store, claim, ending, batch)
-
-    endings: list[Ending] = []
-    store_it = Store.finish
-    monkeypatch.setattr(Store, "finish", finish)
-    launch_fakes(path, 2, child=child, on_update=kill)
-    lost = [ending.died_alone for ending in endings if ending.outcome is RunState.LOST]
-    assert lost
-    assert not any(lost)
-
-
 @pytest.mark.parametrize(("jobs", "timeout"), [(0, None), (-1, None), (1, 0.0), (1, float("nan"))])
 def test_settings_that_allow_nothing_are_refused(path: Path, jobs: int, timeout: float | None) -> None:
     """Before anything is started."""
@@ -341,7 +310,7 @@ def test_a_full_disk_stops_the_child_and_the_run_goes_on_later(path: Path) -> No
         claim = store.claim(Owner.current(), provenance={})
         assert claim is not None
         with pytest.raises(StorageFullError):
-            supervise(store, claim, partial(start, _SLOW_WALK), stop=threading.Event())
+            supervise(store, claim, ChildProcess(StartedProcess(_SLOW_WALK)), stop=threading.Event())
     assert children() == []
     with Store(path) as store:
         assert store.check() == []

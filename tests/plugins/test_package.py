@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests import forking
+from tests import programs
 from tests.test_plugins import build
 from zoobench import registry
 from zoobench.errors import UsageError
@@ -52,7 +52,7 @@ def own_tests(packages: Path, site: Path, *words: str) -> subprocess.CompletedPr
     """Their tests, in a process that finds them."""
     path = os.pathsep.join([str(site), *filter(None, [os.environ.get("PYTHONPATH")])])
     command = ("-m", "pytest", "-q", "-p", "no:cacheprovider", "--rootdir", packages, *words)
-    return forking.run(*command, cwd=packages, environ={"PYTHONPATH": path})
+    return programs.run(*command, cwd=packages, environ={"PYTHONPATH": path})
 
 
 def test_a_package_of_every_kind_passes_its_own_tests(packages: Path, site: Path) -> None:

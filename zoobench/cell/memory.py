@@ -1,14 +1,18 @@
 """Memory that processes use, and what they may use."""
 
 import os
+import re
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 import psutil
 
-from zoobench.sim.memory_budget import MEMORY_VARIABLE, parse_size
+from zoobench.sim.memory_budget import MEMORY_VARIABLE, memory_share, parse_size
 from zoobench.sim.memory_budget import WORKERS_VARIABLE as WORKERS_VARIABLE
 from zoobench.sim.memory_budget import allowed as allowed  # harness reads it here
+
+_STATUS = Path("/proc/self/status")
 
 
 def allow(size: str) -> None:
@@ -24,7 +28,7 @@ def allow(size: str) -> None:
 def memory_of(pid: int) -> int:
     """Resident memory of a process and its descendants [bytes]; 0 if it has ended.
 
-    What several of them share, as those that were forked do, counts once where the system tells of it, as Linux does.
+    What several of them share, as a process and its forks do, counts once where the system tells of it, as on Linux.
     """
     try:
         process = psutil.Process(pid)
@@ -55,8 +59,21 @@ def share_among(workers: int) -> None:
     os.environ[WORKERS_VARIABLE] = str(workers)
 
 
+def begin_account() -> None:
+    """Let `peak_memory` tell the peak from now on, and the memory for stored states be measured anew."""
+    memory_share.cache_clear()
+    with suppress(OSError):
+        Path("/proc/self/clear_refs").write_text("5")  # the peak of resident memory, see proc(5)
+
+
 def peak_memory() -> int | None:
-    """Peak resident memory of this process [bytes]; None where the system does not report it."""
+    """Peak resident memory of this process since `begin_account` [bytes]; None where the system does not report it.
+
+    Only on Linux; on other systems it is the peak since the process began.
+    """
+    with suppress(OSError):
+        if found := re.search(r"^VmHWM:\s+(\d+) kB$", _STATUS.read_text(), re.MULTILINE):
+            return int(found[1]) * 1024
     try:
         import resource
     except ImportError:  # Windows

@@ -125,6 +125,17 @@ DecideOption = Annotated[
     ),
 ]
 WorkersOption = Annotated[int, Option("--jobs", "-j", min=1, max=10_000, help="Runs in parallel; about one per core.")]
+RunWorkersOption = Annotated[
+    int | None,
+    Option(
+        "--jobs",
+        "-j",
+        min=1,
+        max=10_000,
+        help="Runs in parallel; about one per core.",
+        show_default="2; 1 with --smoke",
+    ),
+]
 
 TimeoutOption = Annotated[str | None, Option("--timeout", help="Time limit per attempt: 90s, 10min, 2h.")]
 MemoryOption = Annotated[

@@ -12,8 +12,8 @@ from zoobench.cli.options import (
     DEFAULT_DATABASE,
     DatabaseOption,
     MemoryOption,
+    RunWorkersOption,
     TimeoutOption,
-    WorkersOption,
     coarsest_fidelity,
     command_text,
     parse_duration,
@@ -48,7 +48,7 @@ class Retry(StrEnum):
 @takes(request)
 def run(
     asked: "RunRequest",
-    jobs: WorkersOption = 2,
+    jobs: RunWorkersOption = None,
     timeout: TimeoutOption = None,
     retry: Annotated[
         Retry | None, Option("--retry", help="Repeat runs of this command that ended in this state.")
@@ -80,7 +80,7 @@ def run(
     measured rates of the simulator; its last lines name the source, and the time of each part of a suite.
     """
     if dry:
-        show_plan(asked, jobs, db, form)
+        show_plan(asked, jobs or asked.workers, db, form)
         return
     if form is not Format.TABLE:
         raise UsageError(f"--format {form} is for --dry-run. `zoobench results --format {form}` prints what was run.")
@@ -112,7 +112,7 @@ def run(
     if no_wait:
         _tell_sweep(queued, db)
     else:
-        carry_through(queued, db, jobs=jobs, limit=limit, engine=engine)
+        carry_through(queued, db, jobs=jobs or asked.workers, limit=limit, engine=engine)
 
 
 class Queued(NamedTuple):

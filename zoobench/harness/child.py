@@ -1,9 +1,9 @@
-"""One run in a process of its own: `python -m zoobench.harness.child`, started by a worker.
+"""Runs, one after the other, in a process of their own: `python -m zoobench.harness.child`, started by a worker.
 
-The job is the first line of standard input, as JSON: `spec`, `checkpoint` (base64 or null), `stored` (`spec`, `params`
-and `milestones` of every run that the spec names as start, gait or body) and `parent` (process id). A later line
-`"stop"` asks the method to return. A line `{"reference": [value, unit]}` answers `reference_wanted`; with null as value
-it is to be computed here. Its messages go to standard output, one JSON object a line with a `type`:
+A line of standard input is a job, as JSON: `spec`, `checkpoint` (base64 or null), `stored` (`spec`, `params` and
+`milestones` of every run that the spec names as start, gait or body) and `log_end`, a word. While the run goes on a
+line `"stop"` asks the method to return. A line `{"reference": [value, unit]}` answers `reference_wanted`; with null as
+value it is to be computed here. Messages go to standard output, one JSON object a line with a `type`:
 
 * `metric`: `step`, `values`
 * `milestone`: `step`, `score`, `params` (base64)
@@ -11,45 +11,45 @@ it is to be computed here. Its messages go to standard output, one JSON object a
 * `progress`: `fraction`, `score`
 * `reference_wanted`: `key` of a reference score; then `reference`: `key`, `value`, `unit`, if it was computed here
 * one of `done` (`finals`, `params`, `archive` in base64 or null), `diverged` (`reason`), `failed` (`reason`,
-  `traceback`) or `stopped`, as the last one, with `peak_memory` [bytes].
+  `traceback`) or `stopped`, as the last one of a run, with `peak_memory` [bytes].
 
-Anything that other code prints goes to standard error, which is the run's log.
+Anything that other code prints goes to standard error, which is the run's log. After the last message of a run the
+process ends, or it ends the log with a line of the word `log_end` and waits for the next job. It does so only after a
+run that ended well and has left nothing behind by which the next could tell that it is not the first.
 """
 
 import base64
+import ctypes
+import gc
 import json
-import math
 import os
 import queue
+import sys
 import threading
 import traceback
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
+from itertools import count
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from zoobench import registry
-from zoobench.cell.memory import peak_memory
+from zoobench.cell.loading import load_simulator
+from zoobench.cell.memory import allowed, begin_account, memory_of, peak_memory
 from zoobench.cell.seeding import METHOD_AXES, STUDY_AXES, generator
 from zoobench.db.rows import encode_params
-from zoobench.errors import DivergenceError, UsageError, ZoobenchError
-from zoobench.harness.lifeline import (
-    Lifeline,
-    adopt,
-    die_with,
-    end_descendants,
-    end_group,
-    take_standard_input,
-)
+from zoobench.errors import DivergenceError, ZoobenchError
+from zoobench.harness.finals import Final, finals_of
+from zoobench.harness.lifeline import Lifeline, end_descendants, end_group, stay_guarded, take_standard_input
 from zoobench.harness.repetition import check_parameters, repeated
+from zoobench.harness.traces import Surroundings
 from zoobench.inputs import Start, find_with, named_run, run_name, solution_in
 from zoobench.registry import Kind
-from zoobench.spec import RunSpec
+from zoobench.spec import RunSpec, on_gpu
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from zoobench.cell.problem import Problem
-    from zoobench.methods.base import Method, Solution
+    from zoobench.methods.base import Method
     from zoobench.tasks.base import Metric
 
 _EVERY_STEP = 99_999
@@ -58,8 +58,11 @@ _EVERY_STEP = 99_999
 _NO_STEP = 2**31
 """From which on a step is refused."""
 
-Final = tuple[str, float, str]
-"""Name, value and unit of a final result."""
+_MOST_RUNS = 100
+"""That one process does: a hundredth of a start for each is nothing, and nothing adds up for ever."""
+
+_MOST_GROWTH = 2**29
+"""Memory between two runs beyond that before the first [bytes]; the kernels of two environments take a fifth."""
 
 
 class RunOutcome(NamedTuple):
@@ -87,13 +90,27 @@ class Wire:
         while line:
             line = line[self._stream.write(line) :]
 
+    def end_log(self, word: str) -> None:
+        """Say that a run has printed all that it will."""
+        sys.stdout.flush()
+        sys.stderr.flush()
+        if sys.platform != "win32":
+            ctypes.CDLL(None).fflush(None)  # what libraries have printed
+        os.write(2, f"\n{word}\n".encode())
+
 
 class Orders:
-    """What the worker says while the run goes on."""
+    """What the worker says.
+
+    Attributes:
+        stop: whether the run in hand is to stop.
+    """
 
     def __init__(self) -> None:
         self.stop = threading.Event()
+        self._jobs: queue.SimpleQueue[dict[str, Any] | None] = queue.SimpleQueue()
         self._answers: queue.SimpleQueue[tuple[float | None, str]] = queue.SimpleQueue()
+        self._has_run = False
 
     def hear(self, line: bytes) -> None:
         """Take in a line."""
@@ -101,8 +118,27 @@ class Orders:
         if said == "stop":
             self.stop.set()
             self._answers.put((None, ""))  # nobody is to wait any longer
-        else:
+        elif "reference" in said:
             self._answers.put(tuple(said["reference"]))
+        else:
+            self._has_run = True
+            self.stop.clear()
+            self._answers = queue.SimpleQueue()
+            self._jobs.put(said)
+
+    def end(self) -> None:
+        """The worker says no more: in the midst of a run it has died, and so does this process."""
+        if self._has_run:
+            end_group()
+        self._jobs.put(None)
+
+    def finish_run(self) -> None:
+        """The end of the worker is none of a run from now on."""
+        self._has_run = False
+
+    def job(self) -> dict[str, Any] | None:
+        """The next job, as soon as there is one; None if there will be none."""
+        return self._jobs.get()
 
     def answer(self) -> tuple[float | None, str]:
         """Value and unit of the reference score that was asked for, as soon as it is told.
@@ -121,6 +157,7 @@ class ChildContext:
 
     Attributes:
         parameter_count: length of a solution; None while it is not known.
+        is_last: whether the process is to do no other run.
     """
 
     def __init__(self, spec: RunSpec, wire: Wire, checkpoint: bytes | None, orders: Orders) -> None:
@@ -130,6 +167,7 @@ class ChildContext:
         self._orders = orders
         self._kept = b""
         self.parameter_count: int | None = None
+        self.is_last = False
 
     def report(self, step: int, **metrics: float) -> None:
         """Put a point on the learning curve; beyond 100,000 steps every tenth, beyond a million every hundredth.
@@ -193,12 +231,10 @@ def _is_study(spec: RunSpec) -> bool:
 
 def solve(spec: RunSpec, context: ChildContext) -> RunOutcome:
     """Do the run that the spec describes: build its problem, run its method on it, and compute its reference scores."""
-    from zoobench.cell.loading import load_simulator
-
-    load_simulator()
     from zoobench.cell.problem import Problem
     from zoobench.cell.references import reference_scores
 
+    context.is_last = on_gpu(spec) or brings_code(spec)
     first = named_run(spec.method)
     problem = Problem(spec, start=solution_in(run_name(first)) if first else None)
     if problem.overlay is not None:
@@ -219,57 +255,48 @@ def solve(spec: RunSpec, context: ChildContext) -> RunOutcome:
     return RunOutcome(finals_of(problem, solution, references), solution.params.tolist(), archive)
 
 
-def finals_of(problem: "Problem", solution: "Solution", references: "Mapping[str, Metric]") -> list[Final]:
-    """The final results as name, value and unit.
-
-    Score, the task's metrics, the reference scores, what was spent, and the method's facts.
-
-    Raises UsageError if one of them, or of the parameters, is NaN or infinite.
-
-    No times, and nothing that depends on the machine's memory: two runs of one spec must agree in every number.
-    """
-    meter = problem.meter
-    spent: Mapping[str, float] = {
-        "forward_substeps": meter.forward,
-        "backward_substeps": meter.backward,
-        "equilibration_substeps": meter.equilibration,
-        "repeated_frames": meter.retries,
-        "episodes": meter.episodes,
-        "iterations": meter.iterations,
-        "budget_spent": meter.has_ended(problem.spec.budget),  # 0 where the method's own settings ask for no more
-    }
-    metrics = {**solution.evaluation.metrics, **references}
-    rows = {name: (metric.value, metric.unit) for name, metric in metrics.items()}
-    rows |= {name: (float(value), "") for name, value in {**solution.facts, **spent}.items()}
-    rows["score"] = (solution.evaluation.score, rows.get("score", (0.0, ""))[1])
-    _check_numbers({name: value for name, (value, _) in rows.items()}, solution.params.tolist())
-    return [(name, float(value), unit) for name, (value, unit) in sorted(rows.items())]
+def brings_code(spec: RunSpec) -> bool:
+    """Whether other code than zoobench's does the run, such as a plug-in: it may do to a process what it likes."""
+    for axis, kind in registry.KINDS.items():
+        ref = getattr(spec, axis)
+        component = registry.get(kind, ref.name, ref.version)
+        if "external" in component.tags or component.factory.__module__.partition(".")[0] != "zoobench":
+            return True
+    return False
 
 
-def _check_numbers(finals: Mapping[str, float], params: Sequence[float]) -> None:
-    """Raise UsageError if one of a run's results is NaN or infinite."""
-    numbers = {**finals, **{f"parameter {number}": value for number, value in enumerate(params)}}
-    wrong = [f"{name} = {value:g}" for name, value in numbers.items() if not math.isfinite(value)]
-    if wrong:
-        raise UsageError(
-            f"The solution has {', '.join(wrong[:3])}, and only finite numbers are results. Correct what gives them: "
-            "the task or the method."
-        )
-
-
-def serve(solve: Callable[[RunSpec, ChildContext], RunOutcome]) -> None:
-    """Read the job from standard input, do it with `solve`, and report its ending."""
-    adopt()
-    lifeline = Lifeline(take_standard_input())
-    line = lifeline.line()
-    if line is None:
-        return
-    job = json.loads(line)
-    die_with(job["parent"])
+def serve(solve: Callable[[RunSpec, ChildContext], RunOutcome], load: Callable[[], object] = lambda: None) -> None:
+    """Do the jobs from standard input with `solve`, once all that they need is loaded, and report their endings."""
+    stay_guarded()
     orders = Orders()
-    lifeline.watch(on_line=orders.hear, on_end=end_group)
+    Lifeline(take_standard_input()).watch(on_line=orders.hear, on_end=orders.end)
     wire = Wire()
+    load()
+    surroundings, memory = Surroundings(), memory_of(os.getpid())
+    for number in count(1):
+        if (job := orders.job()) is None:
+            break
+        begin_account()
+        is_last = _do(job, solve, wire, orders)
+        gc.collect()
+        growth = memory_of(os.getpid()) - memory
+        if is_last or number == _MOST_RUNS or growth > _bearable_growth() or not surroundings.are_back():
+            break
+        orders.finish_run()
+        wire.end_log(job["log_end"])
+    end_descendants()
+
+
+def _bearable_growth() -> float:
+    """Memory that a run may leave for the next to have less [bytes]: little of a limit, if there is one."""
+    limit = allowed()
+    return _MOST_GROWTH if limit is None else min(_MOST_GROWTH, 0.1 * limit)
+
+
+def _do(job: dict[str, Any], solve: Callable[[RunSpec, ChildContext], RunOutcome], wire: Wire, orders: Orders) -> bool:
+    """Do a run and report its ending; whether it is the last of this process, as it did not end well or says so."""
     checkpoint = None if job["checkpoint"] is None else base64.b64decode(job["checkpoint"])
+    is_last = True
     last_word: dict[str, Any]
     try:
         spec = RunSpec.from_dict(job["spec"])
@@ -278,20 +305,23 @@ def serve(solve: Callable[[RunSpec, ChildContext], RunOutcome]) -> None:
             for each in job["stored"]
         ]
         find_with({run_name(start.spec.key()): start for start in stored}.get)
-        last_word = {"kind": "done", **solve(spec, ChildContext(spec, wire, checkpoint, orders))._asdict()}
+        context = ChildContext(spec, wire, checkpoint, orders)
+        last_word = {"kind": "done", **solve(spec, context)._asdict()}
+        is_last = context.is_last
     except StoppedError:
         last_word = {"kind": "stopped"}
     except DivergenceError as error:
         last_word = {"kind": "diverged", "reason": str(error)}
+        is_last = context.is_last
     except Exception as error:
         reason = str(error) if isinstance(error, ZoobenchError) else f"{type(error).__name__}: {error}"
         last_word = {"kind": "failed", "reason": reason, "traceback": traceback.format_exc()}
     # A method that was asked to stop returns early: neither its solution nor a divergence so far is the result.
     if orders.stop.is_set() and last_word["kind"] != "failed":
-        last_word = {"kind": "stopped"}
+        last_word, is_last = {"kind": "stopped"}, True
     wire.send(**last_word, peak_memory=peak_memory())
-    end_descendants()
+    return is_last
 
 
 if __name__ == "__main__":
-    serve(solve)
+    serve(solve, load_simulator)

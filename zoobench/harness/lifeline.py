@@ -1,8 +1,8 @@
 """The end of a process with its parent: it reads its orders from standard input and ends when that is closed.
 
 An operating system closes a dead process's pipes whatever killed it, so nothing that `run` started outlives it. On
-Linux what the process has started ends with it, too, even in a session of its own: the process becomes the parent of
-what its descendants leave behind, and if it is killed, its fork server does.
+Linux what the process has started ends with it, too, even in a session of its own: it has a guardian, which becomes the
+parent of what is left behind.
 """
 
 import ctypes
@@ -11,8 +11,9 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from contextlib import suppress
+from typing import NoReturn
 
 import psutil
 
@@ -72,22 +73,57 @@ def end_group() -> None:
     os._exit(1)
 
 
-def adopt() -> None:
-    """Ask Linux to make this process the parent of those of its descendants that have lost theirs."""
-    if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(_PR_SET_CHILD_SUBREAPER, 1)
+def stay_guarded() -> None:
+    """On Linux, go on in a fork of this process, which waits for its end and then ends what it has left behind.
+
+    The guardian ends as the fork does. If the parent of this process ends, so do both, even while a native kernel holds
+    the interpreter. To be called before there are threads.
+    """
+    if sys.platform != "linux":
+        return
+    guardian = os.getpid()
+    _adopt_and_die_with_parent(signal.SIGTERM)
+    if pid := os.fork():
+        _guard(pid)
+    _adopt_and_die_with_parent(signal.SIGKILL)
+    if os.getppid() != guardian:  # it ended before that call
+        os._exit(1)
 
 
-def end_descendants(pid: int | None = None, but: Collection[int] = ()) -> None:
+def _adopt_and_die_with_parent(by: signal.Signals) -> None:
+    """Ask Linux to make this process the parent of those of its descendants that have lost theirs.
+
+    And to send it a signal when its parent ends: the thread that has started it.
+    """
+    system = ctypes.CDLL(None)
+    system.prctl(_PR_SET_CHILD_SUBREAPER, 1)
+    system.prctl(_PR_SET_PDEATHSIG, by)
+
+
+def _guard(pid: int) -> NoReturn:
+    """Wait for the end of a child of this process, end what it has left behind, and end as it did."""
+    signal.signal(signal.SIGTERM, lambda *_: os.kill(pid, signal.SIGKILL))
+    _, status = os.waitpid(pid, 0)
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    end_descendants()
+    code = os.waitstatus_to_exitcode(status)
+    if code < 0:
+        import resource  # there is none on Windows
+
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # there is one of the child
+        with suppress(OSError):  # SIGKILL has no handler
+            signal.signal(-code, signal.SIG_DFL)
+        os.kill(os.getpid(), -code)
+    os._exit(code)
+
+
+def end_descendants(pid: int | None = None) -> None:
     """Kill all descendants of a process, by default this one, that are there and that come meanwhile.
 
     Those of another process are all there only if it has called `adopt`.
-
-    Args:
-        but: children of it that live on, with what they have started.
     """
     for _ in range(_ROUNDS):
-        if not (found := _living(pid, but)):
+        if not (found := _living(pid)):
             return
         for process in found:
             with suppress(psutil.Error):
@@ -95,27 +131,15 @@ def end_descendants(pid: int | None = None, but: Collection[int] = ()) -> None:
         time.sleep(_ROUND_SECONDS)
 
 
-def _living(pid: int | None, but: Collection[int]) -> list[psutil.Process]:
+def _living(pid: int | None) -> list[psutil.Process]:
     """The descendants of a process that are no zombies."""
-    try:
-        children = [child for child in psutil.Process(pid).children() if child.pid not in but]
-    except psutil.Error:
-        return []
     found = []
-    for child in children:
-        with suppress(psutil.Error):
-            found += [each for each in (child, *child.children(recursive=True)) if not _is_zombie(each)]
+    with suppress(psutil.Error):
+        for each in psutil.Process(pid).children(recursive=True):
+            with suppress(psutil.Error):
+                found += [] if _is_zombie(each) else [each]
     return found
 
 
 def _is_zombie(process: psutil.Process) -> bool:
     return process.status() in (psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD)
-
-
-def die_with(parent: int) -> None:
-    """Ask Linux to kill this process when its parent dies, even while a native kernel holds the interpreter."""
-    if sys.platform != "linux":
-        return
-    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() != parent:  # it died before the call above
-        os._exit(1)

@@ -23,7 +23,8 @@ class LineReader:
         stream: a pipe, which nobody else reads.
         longest: so much of each line is kept [bytes].
         take: called with every line.
-        most: after so many lines, only the last of what is there at once is handed on, so that a flood costs little.
+        most: after so many lines, only the last of what is there at once is handed on, so that a flood costs little;
+            `allow` begins to count anew.
     """
 
     def __init__(
@@ -33,6 +34,10 @@ class LineReader:
         self._waits_since: float | None = None
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
+
+    def allow(self, most: int) -> None:
+        """Hand on so many lines from now on, while nobody writes."""
+        self._left = most
 
     def join(self, timeout: float) -> None:
         """Wait for the end of the stream, `timeout` [s] at most."""

@@ -11,6 +11,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from typing import IO, Any, Self
@@ -21,6 +22,7 @@ from zoobench.db.owner import Owner
 from zoobench.db.rows import Batch, Ending, RunRow, RunState
 from zoobench.db.store import ClaimLostError, Store
 from zoobench.errors import UsageError, ZoobenchError
+from zoobench.harness.executor import Executor
 from zoobench.harness.process import StartedProcess
 from zoobench.harness.provenance import THREAD_VARIABLES, gather, plugins_of, sources
 from zoobench.harness.supervise import Limits, supervise
@@ -43,13 +45,12 @@ class Place:
         """Provenance of what is computed here, and the hash of the code."""
         return gather(), sources()
 
-    def start(self, command: Sequence[str]) -> int:
-        """Start a child; the process id of this place, with which it dies."""
+    def start(self, command: Sequence[str]) -> None:
+        """Start a child, which dies with this place."""
         self._output = queue.Queue(100)
         self._process = StartedProcess((sys.executable, *command[1:]))
         for number, stream in ((1, self._process.stdout), (2, self._process.stderr)):
             threading.Thread(target=_pump, args=(stream, number, self._output), daemon=True).start()
-        return os.getpid()
 
     def read(self) -> list[tuple[int, bytes]]:
         """What the child has said since: number of the stream and bytes, none at its end."""
@@ -71,6 +72,13 @@ class Place:
             self._process.stdin.flush()
         except OSError:
             return
+
+    def close_input(self) -> None:
+        """Tell the child that there will be no other run: it ends by itself."""
+        assert self._process is not None
+        assert self._process.stdin is not None
+        with suppress(OSError):
+            self._process.stdin.close()
 
     def kill(self) -> None:
         """End the child and its group."""
@@ -106,7 +114,8 @@ class _Input:
         """Nothing is held back."""
 
     def close(self) -> None:
-        """The child ends with its place or by itself."""
+        """There is no more to tell."""
+        self._place.close_input.remote()
 
 
 class PlacedProcess:
@@ -120,7 +129,7 @@ class PlacedProcess:
         import ray
 
         self._place = place
-        self.parent: int = ray.get(place.start.remote(list(command)))
+        ray.get(place.start.remote(list(command)))
         self.stdin: Any = _Input(place)
         ends = [os.pipe() for _ in range(2)]
         self.stdout: IO[bytes] | None = os.fdopen(ends[0][0], "rb")
@@ -284,31 +293,34 @@ class RayPool:
 
     def _work_in_place(self, store: Store) -> bool:
         """Do runs in a place until none is queued; True if the place is lost before."""
-        memory = allowed()
         place: Any = self._ray.remote(Place).options(max_concurrency=8, **self._resources).remote()
         try:
             asked = place.origin.remote()
             while not self._ray.wait([asked], timeout=_READ_SECONDS)[0]:  # the cluster may be full
                 if self._stop.is_set():
                     return False
-            while not self._stop.is_set():
-                origin, code = self._ray.get(place.origin.remote())
-                if code != sources():
-                    raise UsageError(f"{origin['host']} has another zoobench than this machine. Install the same one.")
-                claim = store.claim(Owner.current(), provenance=origin, plugins=plugins_of, sweep=self._orders.sweep)
-                if claim is None:
-                    return False
-                limits = Limits(self._orders.timeout, memory, note=f"In a place of Ray on {origin['host']}.")
-                start = partial(PlacedProcess, place, self._orders.child)
-                try:
-                    supervise(store, claim, start, stop=self._stop, limits=limits)
-                except ClaimLostError:
-                    continue  # it was cancelled
-                except self._ray.exceptions.RayError:  # before the child had begun
-                    store.finish(claim, Ending(RunState.LOST, "Its node was lost."), Batch())
-                    return True
+            with Executor(partial(PlacedProcess, place, self._orders.child)) as executor:
+                return self._do_runs(store, place, executor)
         except self._ray.exceptions.RayError:
             return not self._stop.is_set()
         finally:
             self._ray.kill(place)
+
+    def _do_runs(self, store: Store, place: Any, executor: Executor) -> bool:
+        """Do runs until none is queued; True if the place is lost before."""
+        while not self._stop.is_set():
+            origin, code = self._ray.get(place.origin.remote())
+            if code != sources():
+                raise UsageError(f"{origin['host']} has another zoobench than this machine. Install the same one.")
+            claim = store.claim(Owner.current(), provenance=origin, plugins=plugins_of, sweep=self._orders.sweep)
+            if claim is None:
+                return False
+            limits = Limits(self._orders.timeout, allowed(), note=f"In a place of Ray on {origin['host']}.")
+            try:
+                supervise(store, claim, executor.child_for(claim, origin), stop=self._stop, limits=limits)
+            except ClaimLostError:
+                continue  # it was cancelled
+            except self._ray.exceptions.RayError:  # before the child had begun
+                store.finish(claim, Ending(RunState.LOST, "Its node was lost."), Batch())
+                return True
         return False

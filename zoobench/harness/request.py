@@ -49,6 +49,11 @@ class RunRequest:
     decide: float | None = None
     device: str = ""
 
+    @property
+    def workers(self) -> int:
+        """How many runs are done at a time where it is not said: a smoke run takes less than a process to begin."""
+        return 1 if self.smoke or self.preset == "smoke" else 2
+
     def cells(self, location: str, choose: Choose, say: Callable[[str], None]) -> list[RunSpec | Skip]:
         """All runs that are asked for; with a tolerance, each environment and task at a fidelity of its own.
 

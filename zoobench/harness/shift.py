@@ -4,13 +4,9 @@ import signal
 import threading
 import time
 from collections.abc import Callable
-from contextlib import ExitStack
-from dataclasses import replace
 
 from zoobench.db.store import Store
 from zoobench.errors import UsageError
-from zoobench.harness.fork_server import ForkServer, can_fork
-from zoobench.harness.process import CHILD_COMMAND
 from zoobench.harness.worker import Shift, WorkerOrders, settings_of_children, work
 
 _MARGIN_SECONDS = 60.0  # before the end, for the run in hand to reach a checkpoint, but no more than the share
@@ -39,11 +35,9 @@ def work_shift(orders: WorkerOrders, shift: Shift, on_run: Callable[[Store, int]
     stop = threading.Event()
     before = {number: signal.signal(number, lambda *_: stop.set()) for number in (signal.SIGTERM, signal.SIGINT)}
     try:
-        with settings_of_children(), Store(orders.location, create=False) as store, ExitStack() as context:
+        with settings_of_children(), Store(orders.location, create=False) as store:
             if orders.sweep is not None and not store.runs(sweep=orders.sweep):
                 raise UsageError(f"There is no sweep {orders.sweep} here. `zoobench run --no-wait` prints its number.")
-            if orders.child == CHILD_COMMAND and can_fork():
-                orders = replace(orders, requests=context.enter_context(ForkServer()).requests)
             work(store, orders, stop, shift, lambda run_id: on_run(store, run_id))
     finally:
         for number, handler in before.items():

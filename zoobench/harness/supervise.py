@@ -3,7 +3,6 @@
 import signal
 import threading
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,11 +21,20 @@ from zoobench.harness.messages import (
     ReferenceMessage,
     ReferenceWantedMessage,
 )
-from zoobench.harness.process import GRACE_SECONDS, MOST_LOG_LINES, ChildProcess, End, Event, LogLine, Process, Refused
+from zoobench.harness.process import (
+    EXIT_SECONDS,
+    GRACE_SECONDS,
+    MOST_LOG_LINES,
+    ChildProcess,
+    End,
+    Event,
+    Idle,
+    LogLine,
+    Refused,
+)
 
 COMMIT_SECONDS = 1.0
 CHECKPOINT_SECONDS = 0.5  # between commits that a checkpoint asks for: iterations of a second are stored one by one
-EXIT_SECONDS = 30.0  # for a child that has sent its last message and writes its compile cache
 REFERENCE_SECONDS = 600.0  # that a run waits for a reference score which another computes, before it does so itself
 _POLL_SECONDS = 0.1
 _MEMORY_SECONDS = 0.5  # between two looks at the memory of a child
@@ -58,30 +66,31 @@ NO_LIMITS = Limits()
 def supervise(
     store: Store,
     claim: Claim,
-    start: Callable[[], Process],
+    child: ChildProcess,
     *,
     stop: threading.Event,
     limits: Limits = NO_LIMITS,
 ) -> RunState:
-    """Run one attempt in the process that `start` makes and record all of it; `stop` interrupts it.
+    """Run one attempt in a child that is idle and record all of it; `stop` interrupts it.
 
-    Returns its outcome.
+    Returns its outcome. The child is idle again, or it has ended.
 
     Raises:
         ClaimLostError: another worker has taken the run over, or it was cancelled; the child is stopped.
         StorageError: the database refuses; the child is stopped and the run goes on from what is stored.
     """
-    process = ChildProcess(start(), claim)
+    child.begin(claim)
     try:
-        return _Supervisor(store, claim, process, limits, stop).run()
+        return _Supervisor(store, claim, child, limits, stop).run()
     except ClaimLostError:
         raise
     except StorageError as error:
-        process.close()
+        child.close()
         _hand_back(store, claim, str(error))
         raise
     finally:
-        process.close()
+        if not child.is_idle:
+            child.close()
 
 
 def _hand_back(store: Store, claim: Claim, reason: str) -> None:
@@ -106,13 +115,13 @@ class _Supervisor:
         self,
         store: Store,
         claim: Claim,
-        process: ChildProcess,
+        child: ChildProcess,
         limits: Limits,
         stop: threading.Event,
     ) -> None:
         self._store = store
         self._claim = claim
-        self._process = process
+        self._child = child
         self._limits = limits
         self._stop = stop
         self._started = self._committed = time.monotonic()
@@ -129,7 +138,7 @@ class _Supervisor:
             self._batch.log(limits.note)
 
     def run(self) -> RunState:
-        while not isinstance(event := self._process.next(_POLL_SECONDS), End):
+        while not isinstance(event := self._child.next(_POLL_SECONDS), Idle | End):
             if event is not None:
                 self._take(event)
             now = time.monotonic()
@@ -140,7 +149,7 @@ class _Supervisor:
                 self._committed = now
             self._answer(now)
             self._enforce(now)
-        ending = self._judge(self._process.wait())
+        ending = self._judge(self._child.wait() if isinstance(event, End) else None)
         self._store.finish(self._claim, ending, self._batch)
         return ending.outcome
 
@@ -150,7 +159,7 @@ class _Supervisor:
                 self._log(text)
             case Refused(reason):
                 self._refused = self._refused or reason
-                self._process.kill()
+                self._child.kill()
             case MetricMessage(step=step, values=values):
                 self._batch.metrics.update({(name, step): value for name, value in values.items()})
             case MilestoneMessage(step=step, score=score, params=params):
@@ -177,7 +186,7 @@ class _Supervisor:
         if found.value is None and not found.is_ours and now - wanted.since < REFERENCE_SECONDS:
             wanted.look_at = now + min(_MOST_LOOK_SECONDS, _POLL_SECONDS + 0.2 * (now - wanted.since))
             return
-        self._process.answer(found.value, found.unit)
+        self._child.answer(found.value, found.unit)
         self._wanted = None
 
     def _log(self, text: str) -> None:
@@ -201,31 +210,33 @@ class _Supervisor:
                 self._halt(RunState.CANCELLED, reason, self._limits.end_at)
             self._check_memory(now)
         if now > self._kill_at:
-            self._process.kill()
+            self._child.kill()
 
     def _check_memory(self, now: float) -> None:
         allowed = self._limits.memory
         if allowed is None or self._refused or now - self._memory_at < _MEMORY_SECONDS:
             return
         self._memory_at = now
-        used = self._process.memory()
+        used = self._child.memory()
         if used > allowed:
             self._refused = (
                 f"Its process took {used / 1e6:,.0f} MB of memory, and --memory allows {allowed / 1e6:,.0f} MB. "
                 "Allow more, or ask for a coarser fidelity or fewer frames."
             )
-            self._process.kill()
+            self._child.kill()
 
     def _halt(self, outcome: RunState, reason: str, kill_at: float) -> None:
         """Ask the child to stop, to be killed at `kill_at`; the first reason counts, and the earliest time."""
         if self._halted is None:
             self._halted = (outcome, reason)
-            self._process.ask_to_stop()
+            self._child.ask_to_stop()
         self._kill_at = min(self._kill_at, kill_at)
 
-    def _judge(self, code: int) -> Ending:
-        """The ending of the attempt, by the child's last message; without one, by how the process ended."""
-        exit_facts: dict[str, Any] = {"exit_code": code} if code >= 0 else {"signal": -code}
+    def _judge(self, code: int | None) -> Ending:
+        """The ending of the attempt, by the child's last message; without one, by how the process ended if it has."""
+        exit_facts: dict[str, Any] = {}
+        if code is not None:
+            exit_facts = {"exit_code": code} if code >= 0 else {"signal": -code}
         if self._refused:
             return Ending(RunState.FAILED, self._refused, **exit_facts)
         word = self._last_word
@@ -241,8 +252,8 @@ class _Supervisor:
                 return Ending(RunState.FAILED, reason, traceback=trace, **exit_facts)
         if self._halted is not None:
             return Ending(*self._halted, **exit_facts)
-        died_alone = self._process.died_alone
-        return Ending(RunState.LOST, self._describe_death(code), died_alone=died_alone, **exit_facts)
+        died_alone = self._child.died_alone
+        return Ending(RunState.LOST, self._describe_death(code or 0), died_alone=died_alone, **exit_facts)
 
     def _describe_death(self, code: int) -> str:
         last = f" Its last line: {self._last_log}" if self._last_log else ""

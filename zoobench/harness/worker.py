@@ -1,7 +1,6 @@
-"""A worker: takes one run at a time from the queue and does it in a child process, until the queue is empty."""
+"""A worker: takes one run at a time from the queue and has it done in a child process, until the queue is empty."""
 
 import os
-import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -9,17 +8,14 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 
-from zoobench import registry
 from zoobench.cell.memory import WORKERS_VARIABLE, allowed
 from zoobench.db.owner import Owner
-from zoobench.db.rows import Batch, Claim
 from zoobench.db.store import ClaimLostError, Store
-from zoobench.harness.process import CHILD_COMMAND, start
+from zoobench.harness.executor import Executor
+from zoobench.harness.process import CHILD_COMMAND, StartedProcess
 from zoobench.harness.provenance import THREAD_VARIABLES, gather, plugins_of
 from zoobench.harness.supervise import Limits, supervise
-from zoobench.inputs import named_runs
 
-_RENEW_SECONDS = 5.0
 _LOOK_SECONDS = 1.0  # between looks at a run that another worker seems to have left
 
 
@@ -30,8 +26,7 @@ class WorkerOrders:
     Attributes:
         sweep: the runs that it may take; None for all.
         timeout: of one attempt [s], None for no limit.
-        child: the command that does a run.
-        requests: the socket to a fork server; None without.
+        child: the command that does runs.
         note: first line of the log of every attempt; empty for none.
     """
 
@@ -39,7 +34,6 @@ class WorkerOrders:
     sweep: int | None = None
     timeout: float | None = None
     child: tuple[str, ...] = CHILD_COMMAND
-    requests: socket.socket | None = None
     note: str = ""
 
 
@@ -77,43 +71,22 @@ def work(
     """
     limits = Limits(orders.timeout, allowed(), shift.ask_at, shift.end_at, orders.note)
     taken = 0
-    while not stop.is_set() and time.monotonic() < shift.ask_at and taken != shift.runs:
-        store.recover(sweep=orders.sweep)
-        # Gathered anew for every run: its child imports the code as it is then, not as it was when this worker began.
-        claim = store.claim(Owner.current(), provenance=gather(), plugins=plugins_of, sweep=orders.sweep)
-        if claim is None:
-            if not store.has_overdue(orders.sweep):
-                return
-            stop.wait(_LOOK_SECONDS)
-            continue
-        taken += 1
-        on_run(claim.run_id)
-        # kernels are shared by runs that need no more than their spec, and not beside plug-ins: these may do to a
-        # process what they like, and so before kernels are loaded
-        named = named_runs(claim.spec.design, claim.spec.controller, claim.spec.method)
-        is_plain = not (named or registry.has_plugins())
-        spec = claim.spec if is_plain and orders.child == CHILD_COMMAND else None
-        begin = partial(start, orders.child, orders.requests, spec, _held(store, claim, stop))
-        with suppress(ClaimLostError):  # somebody took this worker for dead, or cancelled the run
-            supervise(store, claim, begin, stop=stop, limits=limits)
-        on_run(claim.run_id)
-
-
-def _held(store: Store, claim: Claim, stop: threading.Event) -> Callable[[], bool]:
-    """Whether a claimed run is still wanted: to be asked while its process is waited for, which renews the lease.
-
-    When asked it raises ClaimLostError, if the run was cancelled or taken over, and StorageError as `work` does.
-    """
-    renewed = time.monotonic()
-
-    def is_wanted() -> bool:
-        nonlocal renewed
-        if time.monotonic() - renewed > _RENEW_SECONDS:
-            store.commit(claim, Batch())
-            renewed = time.monotonic()
-        return not stop.is_set()
-
-    return is_wanted
+    with Executor(partial(StartedProcess, orders.child)) as executor:
+        while not stop.is_set() and time.monotonic() < shift.ask_at and taken != shift.runs:
+            store.recover(sweep=orders.sweep)
+            # gathered anew for every run: its child is to have the code as it is then
+            origin = gather()
+            claim = store.claim(Owner.current(), provenance=origin, plugins=plugins_of, sweep=orders.sweep)
+            if claim is None:
+                if not store.has_overdue(orders.sweep):
+                    return
+                stop.wait(_LOOK_SECONDS)
+                continue
+            taken += 1
+            on_run(claim.run_id)
+            with suppress(ClaimLostError):  # somebody took this worker for dead, or cancelled the run
+                supervise(store, claim, executor.child_for(claim, origin), stop=stop, limits=limits)
+            on_run(claim.run_id)
 
 
 @contextmanager

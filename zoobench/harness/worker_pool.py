@@ -4,10 +4,8 @@ import logging
 import threading
 import time
 from collections.abc import Callable, Collection, Iterable, Sequence
-from contextlib import ExitStack
-from dataclasses import replace
 from pathlib import Path
-from typing import Protocol, Self
+from typing import Any, Protocol, Self
 
 from zoobench.cell.memory import share_among
 from zoobench.db.lifecycle import why_lost
@@ -16,7 +14,6 @@ from zoobench.db.rows import RunRow, RunState
 from zoobench.db.silence import seconds_silent
 from zoobench.db.store import Store
 from zoobench.errors import UsageError
-from zoobench.harness.fork_server import ForkServer, can_fork
 from zoobench.harness.interruption import Interruption
 from zoobench.harness.process import CHILD_COMMAND, GRACE_SECONDS
 from zoobench.harness.worker import WorkerOrders, settings_of_children, work
@@ -120,7 +117,7 @@ class _Worker(threading.Thread):
 
 
 class _LocalPool:
-    """Workers on this machine, threads of this process, and the fork server of their children.
+    """Workers on this machine, threads of this process.
 
     What they do is to wait for children and for the database. Leaving the context stops them all.
     """
@@ -129,23 +126,21 @@ class _LocalPool:
         self._orders = orders
         self._workers: list[_Worker] = []
         self._stop, self._ended = threading.Event(), threading.Event()
-        self._context = ExitStack()
+        self._settings = settings_of_children()
         self._is_silent = False
 
     def __enter__(self) -> Self:
-        self._context.enter_context(settings_of_children())
-        if self._orders.child == CHILD_COMMAND and can_fork():
-            self._orders = replace(self._orders, requests=self._context.enter_context(ForkServer()).requests)
+        self._settings.__enter__()
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, *reason: Any) -> None:
         self._stop.set()
         try:
             deadline = time.monotonic() + _PATIENCE_SECONDS
             for worker in self._workers:
                 worker.join(max(deadline - time.monotonic(), 0.0))
         finally:
-            self._context.close()
+            self._settings.__exit__(*reason)
 
     def is_elsewhere(self, row: RunRow) -> bool:
         """Whether the run is in the hands of a worker that is not one of these."""

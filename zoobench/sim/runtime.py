@@ -22,16 +22,13 @@ STALE_LOCK_SECONDS = 60.0
 _started: tuple[int, Device, bool] | None = None
 _program: Any = None  # Taichi's, which another `ti.init` in this process ends
 _generation = 0
-_lends = False
-_borrows = False
 _is_forked = False
 
 
 def _note_fork() -> None:
-    """In a forked process: the runtime lives on in its parent, whose threads it needs; unless that one lends it."""
-    global _lends, _borrows, _is_forked
-    if _started is not None:
-        _is_forked, _borrows, _lends = not _lends, _lends, False
+    """In a forked process: the runtime lives on in its parent, whose threads it needs."""
+    global _is_forked
+    _is_forked = _started is not None
 
 
 if hasattr(os, "register_at_fork"):
@@ -44,26 +41,6 @@ def cache_folder() -> Path:
         return Path(chosen) / "kernels"
     base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     return Path(base) / "zoobench" / "kernels"
-
-
-def lend() -> None:
-    """Let processes that are forked from this one launch the kernels that it has loaded, and load others.
-
-    To be called before the first start. Taichi then compiles without threads, and kernels on one thread need none. Its
-    end does: a forked process must leave by `os._exit`, after `stop`.
-    """
-    global _lends
-    _lends = True
-
-
-def keep_kernels() -> None:
-    """Write what was compiled so far into the cache, in a runtime that is lent and goes on."""
-    if (pid := os.fork()) == 0:
-        try:
-            stop()
-        finally:
-            os._exit(0)
-    os.waitpid(pid, 0)
 
 
 def start(precision: int, device: Device = "cpu", debug: bool = False, cache: bool = True) -> int:
@@ -85,7 +62,7 @@ def start(precision: int, device: Device = "cpu", debug: bool = False, cache: bo
     global _started, _generation, _program
     _notice_others()
     wanted = (precision, device, debug or bool(os.environ.get("ZOOBENCH_DEBUG")))
-    if _is_forked or (_borrows and _started is not None and _started[1:] != wanted[1:]):
+    if _is_forked:
         raise UsageError(
             "This process was forked from one that had simulated already, and Taichi would wait for ever for threads "
             "that were left there. Start processes by 'spawn' or 'forkserver', as in gymnasium.make_vec(..., "
@@ -152,8 +129,6 @@ def _initialise(precision: int, device: Device, debug: bool, cache: bool) -> Non
         # the compiler of a processor finds nearly all that Taichi's own optimisation does, in a third of the time
         advanced_optimization=device == "cuda",
         debug=debug,
-        # in a forked process there are no others
-        num_compile_threads=0 if _lends else 4,
         offline_cache=cache,
         offline_cache_file_path=str(cache_folder()),
         log_level=ti.ERROR,
@@ -233,15 +208,11 @@ def stop() -> None:
 
     Taichi writes compiled kernels into the cache only then.
     """
-    global _started, _generation, _is_forked
+    global _started, _generation
     _notice_others()
     if _started is None or _is_forked:
         return
-    if _borrows:
-        impl.get_runtime().prog.finalize()  # which writes; the rest would wait for threads of another process
-        _is_forked = True
-    else:
-        ti.reset()
+    ti.reset()
     _started = None
     _generation += 1
 
