@@ -25,7 +25,7 @@ class Display(Protocol):
     """A display of the state of a set of runs; used as a context."""
 
     def update(self, rows: "list[RunRow]") -> None:
-        """Show what has changed: these runs, the first time all of them."""
+        """Show the runs that have changed, the first time all of them."""
 
     def __enter__(self) -> Self: ...
 
@@ -33,7 +33,7 @@ class Display(Protocol):
 
 
 def display(run_ids: Collection[int], weights: Mapping[int, float] = NO_WEIGHTS) -> Display:
-    """Bars on a terminal, lines elsewhere; with `weights`, times that runs are expected to take beside each other."""
+    """Bars on a terminal, lines elsewhere; with `weights`, the relative times that runs are expected to take."""
     return Bars(run_ids, weights) if console(stderr=True).is_terminal else Lines(run_ids, weights)
 
 
@@ -76,7 +76,7 @@ class TimeLeft:
 
     Runs count by their weights; one without counts as the mean of the others. Before its first iteration a run compiles
     or loads kernels, which says nothing about the rest. So the clock starts with the first iteration, and the first
-    iterations of the runs that start beside it do not count.
+    iterations of the runs that start at the same time do not count.
     """
 
     def __init__(self, run_ids: Collection[int], weights: Mapping[int, float] = NO_WEIGHTS) -> None:

@@ -117,7 +117,7 @@ class Water:
     """Constants of the water.
 
     * `medium_density`: at no pressure [kg/m^3].
-    * `viscosity`: eta [Pa s], beside that of the grid, which is larger by far; real water has 1e-3.
+    * `viscosity`: eta [Pa s], in addition to that of the grid, which is far larger; real water has 1e-3.
     * `tait_exponent`: gamma of the pressure K / gamma (J^-gamma - 1) [-].
     """
 

@@ -24,7 +24,7 @@ class Elites(Protocol):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the measures."""
+        """Names of the measures."""
 
     @property
     def cells(self) -> int:

@@ -71,7 +71,7 @@ class Snapshot(Recording):
     """A world at one moment.
 
     Attributes:
-        env, fidelity: names and parameters of what was simulated.
+        env, fidelity: names and parameters.
     """
 
     env: str

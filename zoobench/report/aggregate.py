@@ -65,11 +65,11 @@ class Aggregates:
     """The methods of a table over its rows.
 
     Attributes:
-        table: what they are of.
+        table: that they compare.
         rows: number of rows in which every method has a normalised score from every seed.
-        entries: the table's columns but agents from outside, who spent nobody knows what.
+        entries: the table's columns but agents from outside, whose cost is not known.
         means: interquartile means of normalised scores, by entry; empty without such a row.
-        profiles: likewise.
+        profiles: performance profiles by entry; empty without such a row.
         improvements: probabilities by entry and the other entry; without those that share no row.
     """
 

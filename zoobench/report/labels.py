@@ -1,4 +1,4 @@
-"""Short names for components, as much of a reference as tells it from the others beside it, and their order."""
+"""Short names for components, as much of a reference as tells it from the others shown, and their order."""
 
 from collections.abc import Iterable
 

@@ -156,9 +156,9 @@ class Adjoint:
 
     def _seeds(self, positions: FloatArray, velocities: FloatArray) -> Any:
         """Adjoints of places and velocities `[..., worlds, robot, 3]` as the state has them, 0 in worlds not alive."""
-        given = self._sim.tensor(positions), self._sim.tensor(velocities)
-        seeds = memory(given[0].new_zeros((*positions.shape[:-1], 2, 4)))
-        seeds[..., 0, :3], seeds[..., 1, :3] = map(memory, given)
+        adjoints = self._sim.tensor(positions), self._sim.tensor(velocities)
+        seeds = memory(adjoints[0].new_zeros((*positions.shape[:-1], 2, 4)))
+        seeds[..., 0, :3], seeds[..., 1, :3] = map(memory, adjoints)
         seeds[..., self._sim.is_alive() == 0, :, :, :] = 0.0
         return seeds
 

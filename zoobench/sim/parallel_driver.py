@@ -50,7 +50,7 @@ class ParallelDriver:
         self._boxes = torch.zeros((1, worlds, WINDOW_SIZE), dtype=torch.int32, device=device)
         self._step = torch.zeros(1, dtype=torch.int32, device=device)
         self._found = constants.new_zeros((worlds, 0, _FOUND))
-        # what particles add to the adjoints of the grid, see `lane_scatter`
+        # the particles' additions to the adjoints of the grid, see `lane_scatter`
         self._contributions = constants.new_zeros((worlds, 0, 4 * (1 + variant.uses(AFLIP)), 4))
 
     def check_room(self, windows: Tensor) -> None:

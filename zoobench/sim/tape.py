@@ -35,7 +35,7 @@ class Tape:
         self._segment = 0
 
     def __del__(self) -> None:
-        """Free the memory at once: what Taichi compiled refers to its first tensors until garbage is collected."""
+        """Free the memory at once: compiled launches refer to their first tensors until garbage is collected."""
         for tensor in self.states.tensors():
             tensor.data = tensor.new_empty(0)
 

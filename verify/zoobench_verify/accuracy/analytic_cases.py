@@ -19,7 +19,7 @@ class Solved:
     """The result of a case on one grid.
 
     Attributes:
-        rig: what moved it on, in its final state.
+        rig: that moved it on, in its final state.
         errors: by quantity, relative to the exact answer, or to the motion's amplitude where that is zero.
     """
 
