@@ -36,7 +36,7 @@ def is_at_wall(gap: float | None) -> bool:
 
 
 def standing(score: float, gap: float | None) -> tuple[bool, float]:
-    """By which the best of several results is chosen: first those that are known to have kept away from walls.
+    """The key by which the best of several results is chosen: first those that are known to have kept away from walls.
 
     Of the others, at a wall or of an earlier zoobench that did not look, the score decides.
     """

@@ -79,7 +79,7 @@ class _Question:
         return self.bound(row) <= (self.tolerance or math.inf) and self.ratio(row) <= (self.decide or math.inf)
 
     def bound(self, row: LevelRow) -> float:
-        """By how much scores are off at most: those of the body that is off most."""
+        """The largest error of scores: that of the body with the largest error."""
         return max((row.bodies.get(design) or _bound(row) for design in self.designs), default=_bound(row))
 
     def ratio(self, row: LevelRow) -> float:

@@ -87,7 +87,7 @@ class TimeLeft:
         self._done = 0.0
         self._start: tuple[float, float] | None = None
         self._starting: set[int] = set()
-        self._beside: set[int] | None = None
+        self._first_together: set[int] | None = None
         self._first: dict[int, tuple[float, float]] = {}
         self.ended: set[int] = set()
 
@@ -98,20 +98,20 @@ class TimeLeft:
 
     def seconds_left(self, rows: "list[RunRow]") -> float | None:
         """Wall time left after these changes [s]; None while there is no pace yet."""
-        before, beside = self._done, 0.0
+        before, excluded = self._done, 0.0
         first = [row for row in rows if row.id in self._starting and row.fraction > 0.0 and not row.has_ended]
         for row in rows:
             gain = self._note(row)
-            if row in first and self._beside and row.id in self._beside:
-                beside += gain
+            if row in first and self._first_together and row.id in self._first_together:
+                excluded += gain
         now = time.monotonic()
         if self._start is None:
             self._start = (now, self._done)
-        elif first and self._beside is None and before <= self._start[1]:
-            self._start, self._beside = (now, self._done), set(self._starting)
-        elif self._beside:
-            self._start = (self._start[0], self._start[1] + beside)
-            self._beside &= self._starting
+        elif first and self._first_together is None and before <= self._start[1]:
+            self._start, self._first_together = (now, self._done), set(self._starting)
+        elif self._first_together:
+            self._start = (self._start[0], self._start[1] + excluded)
+            self._first_together &= self._starting
         begun, done = self._start
         return None if self._done <= done else (now - begun) * (self._whole - self._done) / (self._done - done)
 

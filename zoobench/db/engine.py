@@ -304,8 +304,7 @@ def _explain(name: str, path: Path | None, error: DBAPIError) -> StorageError:
     said = " ".join(str(error.orig).split())
     if code in ("SQLITE_FULL", "53100") or (code.startswith("SQLITE_IOERR") and path and _is_disk_full(path)):
         return StorageFullError(
-            f"The disk that holds {name} is full. What was stored is safe: free some space and type the "
-            "same command again."
+            f"The disk that holds {name} is full. Stored data is safe: free some space and type the same command again."
         )
     if code in ("SQLITE_NOTADB", "SQLITE_CORRUPT"):
         return StorageError(f"{name} is not an SQLite database, or a damaged one. Give another with --db.")
@@ -325,7 +324,7 @@ def _explain(name: str, path: Path | None, error: DBAPIError) -> StorageError:
         return StorageError(f"No permission to write to {name}: {said}. Ask for it, or give another URL with --db.")
     if path is None and (error.connection_invalidated or (isinstance(error, OperationalError) and not code)):
         return StorageError(
-            f"No connection to the database {name}: {said.rstrip('.?')}. What was stored is safe: see that the server "
+            f"No connection to the database {name}: {said.rstrip('.?')}. Stored data is safe: see that the server "
             "is up, that the database exists and that it lets you in, then type the same command again."
         )
     return StorageError(f"The database {name} refuses: {said}. `zoobench doctor` checks it.")

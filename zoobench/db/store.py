@@ -135,7 +135,7 @@ class Store(Reader):
     def cancel(self, ids: Collection[int]) -> list[int]:
         """End those of these runs that have not ended, as CANCELLED; their ids.
 
-        Whoever works on one loses its claim. What it has found is kept, and `retry` lets it go on from there.
+        Whoever works on one loses its claim. Its results are kept, and `retry` lets it go on from there.
         """
         cancelled = []
         is_open = RunRecord.state.in_(OPEN_STATES)

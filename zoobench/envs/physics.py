@@ -46,8 +46,8 @@ class Physics:
             )
         if self.muscle_strength == 0.0:
             raise UsageError(
-                "A muscle_strength of 0 Pa moves nothing. Give a positive strength; what a robot at rest "
-                "scores is the reading idle_score of every run."
+                "A muscle_strength of 0 Pa moves nothing. Give a positive strength; the score of a robot "
+                "at rest is the reading idle_score of every run."
             )
 
     @property

@@ -206,8 +206,8 @@ def refuse_options(options: object) -> None:
     """
     if options:
         raise UsageError(
-            f"reset takes no options, and {options!r} was given. What is drawn for an episode is chosen when the "
-            "environment is made: draw=('pose', 'phase', 'path') and physics={'friction': (0.2, 0.8)}."
+            f"reset takes no options, and {options!r} was given. The random parts of an episode are chosen when "
+            "the environment is made: draw=('pose', 'phase', 'path') and physics={'friction': (0.2, 0.8)}."
         )
 
 

@@ -14,7 +14,7 @@ _FACE = 0.22
 """Share of a body's length from its foremost point that is its face."""
 
 _TOWARDS = np.array([0.3, 0.8, 1.0])
-"""From the middle of the face to its right eye, by its length, height and width."""
+"""Direction from the middle of the face to its right eye, by its length, height and width."""
 
 _EYE, _PUPIL = 0.09, 0.055  # radius by the smaller of a body's height and width
 _LOOK = {"ambient": 0.55, "diffuse": 0.5, "smooth_shading": True}

@@ -1,8 +1,8 @@
 """A table's methods over all its rows: interquartile means, performance profiles, probabilities of improvement.
 
-After Agarwal et al. 2021, Deep reinforcement learning at the edge of the statistical precipice, NeurIPS. What is
-resampled for an interval are the seeds within each row and method (a stratified bootstrap): rows are what the benchmark
-asks for, no sample of anything.
+After Agarwal et al. 2021, Deep reinforcement learning at the edge of the statistical precipice, NeurIPS. The seeds are
+resampled for an interval within each row and method (a stratified bootstrap); the rows are given by the benchmark and
+are no sample of anything.
 """
 
 from collections.abc import Callable, Sequence

@@ -91,7 +91,7 @@ def finer_fidelities(rows: Iterable[BoardRow]) -> list[str]:
 
 
 def _confirmed(row: Row, rows: Sequence[BoardRow]) -> dict[int, Confirmed]:
-    """By the place of the method: its best run, if that was evaluated on a finer grid."""
+    """The best run of each method by its column, if that was evaluated on a finer grid."""
     found = {}
     for place, cell in enumerate(row.cells):
         chosen = None if cell is None else cell.best

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from zoobench.db.query import Reader
 
 TIMES = 3
-"""By which an episode is longer than the solution's own."""
+"""Factor by which an episode is longer than the solution's own."""
 
 COLUMN = f"{TIMES}x"
 """The name of the column in tables."""

@@ -82,7 +82,7 @@ class BoardRow:
 
     @property
     def standing(self) -> tuple[bool, float]:
-        """By which the best of several is chosen, as `zoobench.spec.standing`."""
+        """The key by which the best of several is chosen, as `zoobench.spec.standing`."""
         return standing(self.score, self.wall_gap)
 
 
@@ -244,7 +244,7 @@ def particles_per_cell(fidelity: Ref) -> float:
 
 
 def _coarseness(fidelity: Ref) -> tuple[float, float]:
-    """By which fidelities are ordered: the grid's spacing [m], and of one grid the fewer particles."""
+    """The key by which fidelities are ordered: the grid's spacing [m], and of one grid the fewer particles."""
     return float(fidelity.kwargs.get("grid_spacing", math.inf)), -particles_per_cell(fidelity)
 
 

@@ -20,7 +20,7 @@ from zoobench.report.normalise import REFERENCES
 from zoobench.report.provisional import marked
 from zoobench.report.run_results import SCORE, RunResult
 from zoobench.report.statistics import t_interval
-from zoobench.report.table_cell import ALIKE, TableCell, compare
+from zoobench.report.table_cell import EQUAL_COST, TableCell, compare
 from zoobench.report.tables import Row, Spending, Table, in_places, methods_of
 from zoobench.report.units import in_units
 from zoobench.spec import AXES, WALL_GAP, BudgetKind, Ref
@@ -47,7 +47,7 @@ class LearningCurve(Curve):
         At its own budget a run has its final score, as in tables, though its last iteration has spent a little more.
         """
         budget = self.result.run.spec.budget
-        is_over = budget.kind == self.kind and budget.amount < self.spent[-1] < (1.0 + ALIKE) * budget.amount
+        is_over = budget.kind == self.kind and budget.amount < self.spent[-1] < (1.0 + EQUAL_COST) * budget.amount
         return self.scores[-1] if is_over and amount >= budget.amount else super().at(amount)
 
     @property

@@ -15,7 +15,7 @@ from zoobench.report.statistics import Interval, clear_winner, t_interval
 from zoobench.spec import Budget, is_at_wall, standing
 
 _FEW = 0.01  # share of gradients that may not be finite without a note
-ALIKE = 0.05  # share of the largest amount spent by which others may be below it for a fair comparison
+EQUAL_COST = 0.05  # share of the largest amount spent by which others may be below it for a fair comparison
 
 
 @dataclass(frozen=True)
@@ -185,10 +185,10 @@ def won_by(winner: TableCell, cells: Iterable[TableCell | None]) -> list[TableCe
 
 
 def spent_alike(cells: Iterable[TableCell | None]) -> bool:
-    """Whether the amounts spent by the rivals of a row differ by less than `ALIKE`; each with a score must tell it."""
+    """Whether the costs of the rivals of a row differ by less than `EQUAL_COST`; each with a score needs one."""
     spent = [cell.spent for cell in rivals(cells) if cell.interval is not None]
     known = [amount for amount in spent if amount is not None]
-    return len(spent) < 2 or (len(known) == len(spent) and max(known) - min(known) < ALIKE * max(known))
+    return len(spent) < 2 or (len(known) == len(spent) and max(known) - min(known) < EQUAL_COST * max(known))
 
 
 def _cell(outcomes: Sequence[Outcome], asked: int, outside: Budget | None) -> TableCell | None:

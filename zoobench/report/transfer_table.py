@@ -162,7 +162,7 @@ def _setting(row: Document, spec: RunSpec | None) -> Setting:
 
 
 def _order(setting: Setting) -> list[object]:
-    """By which settings are sorted."""
+    """The key by which settings are sorted."""
     return [_rank(value) for value in setting if value is not None]
 
 

@@ -148,7 +148,7 @@ class Adjoint:
         for world, move in reversed(self._moves_after(part)):
             end_adjoint(sim, self._state, world, move)
         for world in part.stops.nonzero()[0].tolist():
-            self._state.stop(0, world)  # what was stopped has no effect on what follows
+            self._state.stop(0, world)  # stopped motion has no effect on later states
         sim.put_to_sleep(self._rollout.asleep[part.frame])
         plan = sim.plan(first, part.counts, self._counts[part.frame], begins=part.begins)
         sim.launcher.reverse(self._tape.states, sim.parameters, plan, self._state, self._parameters)

@@ -85,7 +85,7 @@ class ParallelDriver:
         culprit: Tensor,
         count: int,
     ) -> None:
-        """`survey.survey`, as a reduction of what is found of every particle."""
+        """`survey.survey`, as a reduction of the findings of all particles."""
         if not self._found.numel():  # for all matter, as a launch with other arrays has to be prepared anew
             self._found = self._found.new_zeros((len(alive), matter.state.shape[2], _FOUND))
         arrays = (matter.state, parameters.body, self._constants, alive, self._found)

@@ -51,7 +51,7 @@ class LastingRow:
 
     @property
     def result(self) -> str:
-        """For people."""
+        """Score and end, for people."""
         score = "" if self.score is None else quantity_of(Ref.parse(self.task), self.unit).text(self.score)
         return ", ".join(filter(None, (score, self.end)))
 

@@ -39,7 +39,7 @@ class Quantity:
 
     @property
     def sign(self) -> float:
-        """By which a score is multiplied to be shown."""
+        """Factor by which a score is multiplied to be shown."""
         return -1.0 if self.is_error else 1.0
 
     def text(self, score: float, digits: int = 4) -> str:

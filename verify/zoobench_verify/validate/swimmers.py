@@ -180,7 +180,7 @@ _PLACES = (0.0, 0.25, 0.5)
 _IN_PART = "a fish one to three cells thick covers the faces of cells in part, and water passes: less on finer grids"
 _SHARES = {"draft": 0.23, "standard": 0.27, "paper": 0.34}
 _APART = {"draft": 0.5, "paper": 0.13}
-"""By the level; the worst that is known."""
+"""Shortfalls by the level; the worst that is known."""
 
 
 def _added_mass(level: str, place: float) -> tuple[float, float]:

@@ -34,7 +34,7 @@ SPEED_ROOM = 0.8
 REFUSED_FRACTION = 0.9
 
 _REST_FRAME_DAMPING = LARGEST_STRETCH**2
-"""By which the viscosity counts more in the rest frame, at that compression."""
+"""Factor by which the viscosity counts more in the rest frame, at that compression."""
 
 MOST_SUBSTEPS = 1e9
 """Limit of a control frame."""

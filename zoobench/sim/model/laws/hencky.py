@@ -72,7 +72,7 @@ class VonMisesMedium(HenckyMedium):
         return self.yield_stress / float(2.0 * self.mu * np.sqrt(2.0 / 3.0))
 
     def largest_deviator(self, volume: Array) -> Array:
-        """By the yield stress."""
+        """That of the yield stress, whatever the volume."""
         return np.full(volume.shape, self.yield_stress / (2.0 * self.mu))
 
 
