@@ -14,7 +14,7 @@ unify()  # before the libraries that it configures are loaded
 
 
 def __getattr__(name: str) -> Any:
-    """What `zoobench.api` has, loaded when it is first asked for."""
+    """A name of `zoobench.api`, which is loaded at its first use."""
     if name not in __all__:
         raise AttributeError(f"module 'zoobench' has no attribute {name!r}")
     from zoobench import api

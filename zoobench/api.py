@@ -61,9 +61,9 @@ def run(
         a row per run, see `Frames.tidy`.
 
     Raises:
-        UsageError: what the command would refuse; nothing was queued.
+        UsageError: the command would refuse these arguments; nothing was queued.
         StorageError: the database refuses.
-        KeyboardInterrupt: what is done up to there is kept.
+        KeyboardInterrupt: results up to there are kept.
     """
     from zoobench.cell.loading import check_devices
     from zoobench.cli.options import coarsest_fidelity

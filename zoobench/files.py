@@ -1,4 +1,4 @@
-"""Files that are read and replaced as wholes: what is read is a regular file of a bounded size."""
+"""Files that are read and replaced as wholes: only regular files of a bounded size are read."""
 
 import hashlib
 import secrets
@@ -9,7 +9,7 @@ from pathlib import Path
 from zoobench.errors import UsageError, reason
 
 MOST_BYTES = 1 << 28
-"""Of a file that is read into memory: a mesh of five million triangles."""
+"""Largest size of a file that is read into memory [bytes]: a mesh of five million triangles."""
 
 
 def read_whole(path: Path, *, endings: Sequence[str] = (), most: int = MOST_BYTES) -> bytes:
@@ -44,7 +44,7 @@ def read_whole(path: Path, *, endings: Sequence[str] = (), most: int = MOST_BYTE
 
 
 def replace_files(contents: Mapping[Path, bytes], *, make_folders: bool = False) -> None:
-    """Write these files beside their places, and rename them once all are complete.
+    """Write these files under temporary names in their folders, and rename them once all are complete.
 
     Several processes may write the same file: the last one wins, and no reader sees a part of one.
 

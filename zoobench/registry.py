@@ -75,7 +75,7 @@ class Component:
         parameters: the annotated type of every parameter.
         groups: the dataclasses with the defaults of parameters that components share, by the factory's parameter.
         added: parameters that earlier versions of the package did not have; see `register`.
-        provisional: why its scores are not yet what they are called, in a sentence; empty if they are.
+        provisional: why its scores are provisional, in a sentence; empty if they are not.
         extra: of zoobench without which it cannot run; empty for none.
     """
 
@@ -94,7 +94,7 @@ class Component:
 
     @property
     def lacking(self) -> str:
-        """Why it cannot run here, with what to do: a library of its extra is not installed. Empty if it can."""
+        """Why it cannot run here, with the remedy: a library of its extra is not installed. Empty if it can."""
         missing = [name for name in _LIBRARIES.get(self.extra, ()) if find_spec(name) is None]
         if not missing:
             return ""
@@ -406,7 +406,7 @@ def distributions() -> dict[str, str]:
 
 @cache
 def _entry_points() -> Any:
-    """What installed packages offer; to read it takes as long for one kind as for all."""
+    """The entry points of installed packages; reading them takes as long for one kind as for all."""
     return importlib.metadata.entry_points()
 
 

@@ -36,7 +36,7 @@ def is_at_wall(gap: float | None) -> bool:
 
 
 def standing(score: float, gap: float | None) -> tuple[bool, float]:
-    """By which the best of several results is chosen: first those that are known to have kept away from walls.
+    """The key by which the best of several results is chosen: first those that are known to have kept away from walls.
 
     Of the others, at a wall or of an earlier zoobench that did not look, the score decides.
     """
@@ -53,7 +53,7 @@ _REF = re.compile(r"^(?P<name>[a-z][a-z0-9]*(?:-[a-z0-9]+)*?)(?:-v(?P<version>[0
 
 
 def currency(kind: BudgetKind) -> BudgetKind:
-    """In which it is compared what runs with a budget of this kind have spent: substeps, unless it counts episodes."""
+    """The unit in which runs with a budget of this kind are compared by cost: substeps, unless it counts episodes."""
     return "episodes" if kind == "episodes" else "substeps"
 
 
@@ -197,7 +197,7 @@ def matching(pattern: str, names: Iterable[str], noun: str) -> list[str]:
     """The names that a name or glob fits, in their order.
 
     Args:
-        noun: what a name stands for, in a message.
+        noun: for the named thing, in a message.
 
     Raises:
         UnknownNameError: none fits; suggests the nearest.
@@ -329,7 +329,7 @@ class RunSelection:
 
         Args:
             place: where the items are, for messages: `in the database`.
-            hint: what a message adds.
+            hint: an addition to the message.
 
         Raises:
             UnknownNameError: a name or glob that fits no item; suggests the nearest.

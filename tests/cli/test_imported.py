@@ -14,7 +14,7 @@ def test_plan_and_show_say_what_was_made_of_a_file(zoobench: Command) -> None:
     assert reply.code == 0
     for said in (
         "its unit is not known, so it was scaled by 0.001 to a length of 0.1 m",
-        "mesh: Of the file's directions, x was taken",
+        "mesh: In the file, x was taken",
         "mesh: The mesh was open: 2 holes",
     ):
         assert said in reply.err

@@ -75,7 +75,7 @@ def test_earlier_bodies_are_not_published(zoobench: Command) -> None:
     """The refusal gives the command of the run."""
     reply = zoobench("render", NAME, "-o", "bodies.png", "--strip", "iterations")
     assert reply.code == 2
-    assert "only the best body is published" in reply.err
+    assert "Only the best body of" in reply.err
     assert "zoobench run --env" in reply.err
 
 

@@ -78,7 +78,7 @@ def test_a_client_that_fell_asleep_holds_nobody_up(url: str, monkeypatch: pytest
 
     with Store(url) as patient:
         monkeypatch.setattr(engine, "BUSY_SECONDS", 0.2)
-        with Store(url) as sleeper, pytest.raises(StorageError, match="What was stored is safe"):
+        with Store(url) as sleeper, pytest.raises(StorageError, match="Stored data is safe"):
             sleep_in_the_midst(sleeper)
         assert len(patient.runs()) == 1
 
@@ -92,7 +92,7 @@ def test_a_server_that_is_gone_is_told_and_has_lost_nothing(postgres: Server, st
     postgres.stop()
     try:
         for _ in range(2):
-            with pytest.raises(StorageError, match="What was stored is safe") as caught:
+            with pytest.raises(StorageError, match="Stored data is safe") as caught:
                 store.commit(claim, Batch(metrics={("loss", 1): 2.0}))
             assert "secret" not in str(caught.value)
         assert "No connection" in _refusal(postgres.url("any"))

@@ -43,4 +43,4 @@ def test_soles_that_a_level_does_not_resolve_are_noted(foot: float, noted: str) 
     shape = Shape.standing(inside, 0.1, 0.05, 0.1)
     for level in ("draft", "standard", "paper"):
         notes = whole_sample("table", shape, registry.create(Kind.FIDELITY, Ref(level))).notes
-        assert any("stands on" in note for note in notes) == (level in noted), (level, notes)
+        assert any("contact area" in note for note in notes) == (level in noted), (level, notes)

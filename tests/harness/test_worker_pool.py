@@ -212,7 +212,7 @@ def test_a_server_that_is_stopped_loses_nothing(postgres: Server, path: Path, mo
             postgres.stop()
 
     try:
-        with pytest.raises(StorageError, match="What was stored is safe"):
+        with pytest.raises(StorageError, match="Stored data is safe"):
             launch_fakes(url, child=_SLOW_WALK, on_update=stop)
         assert children() == []
     finally:

@@ -64,7 +64,7 @@ def test_tables_have_a_column_of_what_lasts(tmp_path: Path) -> None:
     text = markdown_page(board)
     assert "| 3x |" in text
     assert "| 50% / torn in frame 7 |" in text
-    assert "- lasting: 3x: what the best solution of each method" in text
+    assert "- lasting: 3x: share of its score that the best solution of each method" in text
     assert markdown_page(from_text(to_text(board), "mine.json")) == text
     lines = list(csv.DictReader(io.StringIO(csv_page(board))))
     told = [(line["lasting_frames"], line["lasting_score"], line["lasting_end"]) for line in lines]

@@ -26,7 +26,7 @@ def test_the_page_shows_what_is_missing_and_why_others_have_no_score(tmp_path: P
     assert text.startswith("# mine\n\nA test of pages.\n")
     assert "- Runs: 1 queued, 1 running, 8 done, 1 failed, 1 diverged, 1 skipped, 15 missing, of 28;" in text
     assert "- Rows (environment, task, design): 2 of 3; the others have no run yet." in text
-    assert "`zoobench run --suite mine.yaml` does what is left." in text
+    assert "`zoobench run --suite mine.yaml` executes the remaining runs." in text
     assert "## Score [m/s]: fidelity draft, budget 1000 substeps, 10 frames, 3 seeds" in text
     assert "| desert | turning | caterpillar | missing | 1.0010 ± 0.0025 | 0.1010 ± 0.0025 |" in text
     assert "| ice | turning | caterpillar | sine-basis | diffphysics | 2 | diverged | det F is -1. |" in text

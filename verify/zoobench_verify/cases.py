@@ -103,7 +103,7 @@ class CaseRecorder:
     Attributes:
         checks: in the order of measurement.
         remarks: measured figures that are reported without a bound.
-        figure: computed curves beside their references, if the case draws any.
+        figure: computed curves with their references, if the case draws any.
     """
 
     checks: list[Check] = field(default_factory=list)
@@ -194,8 +194,8 @@ class CaseResult:
     def measured(self) -> str:
         """All checks on one line, those that fail first, and the remarks."""
         fallen = [f"FAILS {check.text}" for check in self.checks if check.verdict == "fail"]
-        held = [check.text for check in self.checks if check.verdict != "fail"]
-        return "; ".join([*fallen, *held, *self.remarks])
+        passed = [check.text for check in self.checks if check.verdict != "fail"]
+        return "; ".join([*fallen, *passed, *self.remarks])
 
 
 @dataclass(frozen=True)

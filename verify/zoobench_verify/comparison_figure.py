@@ -1,4 +1,4 @@
-"""Figures of computed curves beside their references, drawn as PNG files."""
+"""Figures of computed curves with their references, drawn as PNG files."""
 
 from collections import Counter
 from dataclasses import dataclass, field

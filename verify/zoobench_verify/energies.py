@@ -113,8 +113,8 @@ def _elastic(solver: Solver) -> tuple[float, float]:
     mu, lam = np.concatenate([np.tile(body.material.lame, (body.particle_count, 1)) for body in bodies]).T
     # where the stress clamps log J, its energy is linear in log J
     log_j = np.log(np.maximum(J, np.finfo(float).tiny))
-    held = np.maximum(log_j, np.log(SMALLEST_J))
-    density = 0.5 * mu * (np.square(F).sum((1, 2)) - 3.0) - mu * log_j + lam * held * (log_j - 0.5 * held)
+    clamped = np.maximum(log_j, np.log(SMALLEST_J))
+    density = 0.5 * mu * (np.square(F).sum((1, 2)) - 3.0) - mu * log_j + lam * clamped * (log_j - 0.5 * clamped)
     energy = float((volume[:count] * to_array(solver.parameters.stiffness[0])) @ density)
     smallest = float(J.min())
     medium = solver.scene.medium

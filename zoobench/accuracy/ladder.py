@@ -17,10 +17,10 @@ def finer(fidelity: Ref) -> Ref:
     Raises:
         UsageError: there is none, or the given one has a grid as fine by its settings.
     """
-    place = LADDER.index(fidelity.name) + 2 if fidelity.name in LADDER else len(LADDER)
-    if place >= len(LADDER):
+    index = LADDER.index(fidelity.name) + 2 if fidelity.name in LADDER else len(LADDER)
+    if index >= len(LADDER):
         raise UsageError(f"No fidelity is known two steps finer than {fidelity.name}. Those are {', '.join(LADDER)}.")
-    found = registry.resolve(Kind.FIDELITY, Ref(LADDER[place]))
+    found = registry.resolve(Kind.FIDELITY, Ref(LADDER[index]))
     if float(fidelity.kwargs.get("grid_spacing", math.inf)) <= float(found.kwargs["grid_spacing"]):
         raise UsageError(f"{found.name} is no finer than {fidelity}. Give a level of {', '.join(LADDER)} as it is.")
     return found

@@ -9,7 +9,7 @@ from typing import Any
 from zoobench.spec import Ref
 
 PUBLISHED = "published.json"
-"""The results, beside this file; `zoobench verify accuracy show --publish` writes them."""
+"""The results, in the folder of this file; `zoobench verify accuracy show --publish` writes them."""
 
 
 @dataclass(frozen=True)
@@ -37,14 +37,14 @@ class LevelRow:
         components: environment, task and fidelity with version and every parameter.
         bodies: the designs, and by how much the scores of each are off at most: their error, and in quadrature the
             uncertainty of their references.
-        gaits, runs: numbers of what was evaluated, and of the trainings behind it.
+        gaits, runs: numbers of gaits that were evaluated, and of the runs that trained them.
         error: of the score, as a share.
-        unknown: uncertainty of the reference itself, likewise.
+        unknown: uncertainty of the reference itself, as a share.
         checked: number of gaits whose reference was held against a finer grid.
         low, median, high: of the ratios of scores to their references: the 10th, 50th and 90th percentile.
         transfer: of the gaits found at this level, the median ratio of reference to score.
-        one_body, two_bodies: which orders are the references', of gaits of one body, and of two that were trained
-            alike.
+        one_body, two_bodies: which orders are the references', of gaits of one body, and of two that were trained in
+            the same way.
         angle: 1 - cosine between the gradient and that at the finest level with gradients, mean over gaits.
         substeps: per simulated second.
         seconds, gradient_seconds: CPU time per simulated second [s], medians.
@@ -90,7 +90,7 @@ class Published:
 
 
 def components(env: Ref, task: Ref, fidelity: Ref) -> str:
-    """What resolved references are, with version and every parameter."""
+    """Resolved references as a text, with version and every parameter."""
     return f"{env} {task} {fidelity}"
 
 

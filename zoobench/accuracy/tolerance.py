@@ -32,7 +32,7 @@ def choose(
         tolerance: the largest error of trained gaits' scores, with the reference's own uncertainty; None for any.
         decide: the ratio above which the order of two scores must hold; None for none. With several designs these are
             scores of two bodies.
-        designs: what will be compared; each with the error of all that were measured if it was not measured itself.
+        designs: to be compared; each with the error of all that were measured if it was not measured itself.
 
     Raises:
         UsageError: no level is, or this environment and task were not measured in their present version.
@@ -67,7 +67,7 @@ def choose(
 
 @dataclass(frozen=True)
 class _Question:
-    """What a level must be good for; see `choose`."""
+    """The requirements on a level; see `choose`."""
 
     tolerance: float | None
     decide: float | None
@@ -79,7 +79,7 @@ class _Question:
         return self.bound(row) <= (self.tolerance or math.inf) and self.ratio(row) <= (self.decide or math.inf)
 
     def bound(self, row: LevelRow) -> float:
-        """By how much scores are off at most: those of the body that is off most."""
+        """The largest error of scores: that of the body with the largest error."""
         return max((row.bodies.get(design) or _bound(row) for design in self.designs), default=_bound(row))
 
     def ratio(self, row: LevelRow) -> float:
@@ -144,12 +144,12 @@ def error_at(env: Ref, task: Ref, fidelity: Ref) -> float | None:
 
 def _rows(env: Ref, task: Ref) -> list[LevelRow]:
     """The levels with a known error, from coarse to fine, measured with the present components."""
-    place = registry.resolve(Kind.ENV, env), registry.resolve(Kind.TASK, task)
-    present = [components(*place, registry.resolve(Kind.FIDELITY, Ref(name))) for name in LADDER]
+    resolved = registry.resolve(Kind.ENV, env), registry.resolve(Kind.TASK, task)
+    present = [components(*resolved, registry.resolve(Kind.FIDELITY, Ref(name))) for name in LADDER]
     rows = [row for row in published().levels if row.components in present and row.error is not None]
     if not rows:
         raise UsageError(
-            f"The accuracy of {short(Kind.ENV, place[0])} x {task.name} in its present version was not measured. "
+            f"The accuracy of {short(Kind.ENV, resolved[0])} x {task.name} in its present version was not measured. "
             f"Measure it with `zoobench verify accuracy run --env {env.name} --task {task.name}`, or choose with "
             "--fidelity."
         )

@@ -58,7 +58,7 @@ class FeedbackLoops:
         """The adjoint of `act`: from the adjoint of a frame's activity `[worlds, muscle_count]` to that of the state.
 
         Frames are called from the last to the first. Each call adds to `gradients`. All frames observe the start of the
-        episode as well, and the first returns what they add up to.
+        episode as well, and the first returns their sum.
         """
         import torch
 

@@ -43,7 +43,7 @@ class Evaluation:
 
 
 def evaluation_of(task: Task, motion: Motion, more: Mapping[str, Metric] = MappingProxyType({})) -> Evaluation:
-    """Score, reward and metrics of the motion of one world that did not fail, and `more` metrics beside the task's."""
+    """Score, reward and metrics of the motion of one world that did not fail, and `more` metrics besides the task's."""
     import torch
 
     with torch.no_grad():
@@ -56,7 +56,7 @@ def evaluation_of(task: Task, motion: Motion, more: Mapping[str, Metric] = Mappi
 
 @dataclass(frozen=True)
 class Record:
-    """What was simulated in an episode, one world.
+    """The record of an episode of one world.
 
     Attributes:
         motion: of the robot.

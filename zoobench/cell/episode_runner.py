@@ -134,9 +134,9 @@ class EpisodeRunner:
     def _read(
         self, motion: Motion, gaps: Array, metrics: Mapping[str, Metric], divergence: Divergence | None
     ) -> Evaluation:
-        """Score, reward and metrics of a motion with these gaps from the sides of the arena, and `metrics` beside them.
+        """Score, reward and metrics of a motion with these gaps from the sides of the arena, and also `metrics`.
 
-        What failed near a side of the arena has met that, and is not called torn.
+        A robot that failed near a side of the arena has met that side, and is not called torn.
         """
         if divergence is None:
             return evaluation_of(self._task, motion, {**metrics, **reading(gaps)})

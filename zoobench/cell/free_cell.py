@@ -50,7 +50,7 @@ def has_gait(cell: RunSpec) -> bool:
 
 
 def driver_of(problem: Problem) -> Driver:
-    """What a controller without parameters does, as a stored gait."""
+    """The drive of a controller without parameters, as a stored gait has."""
     import torch
 
     controller, muscles = problem.robot.controller, problem.body.muscle_count

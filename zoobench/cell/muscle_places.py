@@ -42,7 +42,7 @@ def muscle_places(body: Body) -> MusclePlaces:
 
 
 def _straight(body: Body) -> str:
-    """Why no wave of bending can run along the body, and what to do."""
+    """Why no wave of bending can run along the body, with the remedy."""
     advice = "Choose another controller, such as sine-basis, or a body with muscles left and right."
     if body.malleable:
         return (

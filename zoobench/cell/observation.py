@@ -39,7 +39,7 @@ def seen_by(controller: Controller, task: Task) -> Task | None:
 
 
 def observed(task: Task, situation: Situation) -> "Mapping[str, Tensor]":
-    """What the task adds, if it does."""
+    """The observations that the task adds; empty if it adds none."""
     return task.observed(situation) if _adds(type(task)) else {}  # type: ignore[attr-defined]
 
 
@@ -60,7 +60,7 @@ class ObservationModel:
     * the heading: cosine and sine of its horizontal angle from that at rest (2);
     * each muscle: displacement of its centre from its place at rest (3) and velocity (3), both relative to the centre
       of mass;
-    * what the task adds, see `zoobench.tasks.base.Observed`;
+    * the observations that the task adds, see `zoobench.tasks.base.Observed`;
     * the share of the episode that is left (1).
 
     Attributes:
@@ -99,7 +99,7 @@ class ObservationModel:
         return self.observe_with(weights, frame, positions, velocities, weights.share @ start)
 
     def weights(self, occupancy: "Tensor") -> "Weights":
-        """What an observation needs of a body with this occupancy `[particle_count]`, whatever its motion."""
+        """The weights of observations of a body with this occupancy `[particle_count]`, whatever its motion."""
         import torch
 
         masses = occupancy * torch.as_tensor(self.body.density_ratio * self.body.volumes)
@@ -131,7 +131,7 @@ class ObservationModel:
 
     @cached_property
     def length(self) -> float:
-        """Of the body at rest [m]."""
+        """Length of the body at rest [m]."""
         return float(np.ptp(self.body.positions[:, 0]))
 
 

@@ -27,7 +27,7 @@ from zoobench.spec import FRAME_SECONDS, RunSpec, on_gpu
 from zoobench.tasks.base import Task
 
 _GRADIENT_PASSES = 2
-"""A gradient simulates every substep forward and backward; what memory makes it repeat is not charged."""
+"""A gradient simulates every substep forward and backward; repetitions for lack of memory are not charged."""
 
 _RELAXED_PASSES = 3
 """The same for a relaxed body, and the solid one forward."""
@@ -125,9 +125,9 @@ class Problem:
 
         Substeps are estimated from the costliest evaluation so far; a costlier one may exceed the budget.
         """
-        held = self._holds(count, gradient)
-        self.meter.refused |= not held
-        return held
+        affordable = self._holds(count, gradient)
+        self.meter.refused |= not affordable
+        return affordable
 
     def _holds(self, count: int, gradient: bool) -> bool:
         budget, meter = self.spec.budget, self.meter

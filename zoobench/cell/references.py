@@ -57,7 +57,7 @@ def reference_scores(spec: RunSpec, design: Array, shared: SharedScores) -> dict
     * `idle_score`: the solution's body with every muscle at rest.
     * `random_score`: mean over `DRAWS` draws from the priors of controller and design, without those that diverged.
 
-    A reference without a finite score is left out. What is of the solution's own body is not shared.
+    A reference without a finite score is left out. A reference of the solution's own body is not shared.
 
     Args:
         spec: of the run.
@@ -103,7 +103,7 @@ def _idle(spec: RunSpec, design: Array) -> Metric:
 
 def _key(spec: RunSpec, name: str) -> str:
     """A hash of all that decides a reference of the cell: its name, the cell, the stored runs and the sources that it
-    runs, plug-ins included, the versions of libraries, and what they and the compiler know of the processor."""
+    runs, plug-ins included, the versions of libraries, and the processor as they and the compiler know it."""
     from zoobench.sim.equilibrium import processor
 
     fields = spec.to_dict()
@@ -121,9 +121,9 @@ def _key(spec: RunSpec, name: str) -> str:
 
 @cache
 def code_digest() -> bytes:
-    """A hash of the sources of zoobench, but those of what is done around an episode, and of libraries' versions.
+    """A hash of the sources of zoobench, but those of the code around an episode, and of libraries' versions.
 
-    Kept, as all of it is what this process has loaded.
+    Kept, as this process has loaded all of it.
     """
     sources = hash_of_sources(Path(zoobench.__file__).parent, leave_out=_AROUND)
     libraries = [version(library) for library in ("taichi", "torch", "numpy", "scipy")]

@@ -51,8 +51,8 @@ class Step:
 class Session:
     """Worlds side by side, each with its own episode, which the caller begins and controls frame by frame.
 
-    An episode gives the same numbers bit for bit whenever it begins and whatever runs beside it. Every substep is
-    metered; an episode is counted at its first frame.
+    An episode gives the same numbers bit for bit whenever it begins and whatever the other worlds simulate. Every
+    substep is metered; an episode is counted at its first frame.
 
     Args:
         problem: the cell with its meter and budget.
@@ -138,9 +138,9 @@ class Session:
 
         Substeps are estimated as in `Problem.affords`, without failures.
         """
-        held = self._holds(frames, evaluations)
-        self._problem.meter.refused |= not held
-        return held
+        affordable = self._holds(frames, evaluations)
+        self._problem.meter.refused |= not affordable
+        return affordable
 
     def _holds(self, frames: int, evaluations: int) -> bool:
         budget, meter = self._problem.spec.budget, self._problem.meter
@@ -167,7 +167,7 @@ class Session:
         Args:
             lead_ins: by world, activity `[frames, muscle_count]` of frames that are simulated before the episode; it
                 begins with the state after them, and with the initial state if they diverge.
-            tasks: by world, in place of the problem's; what they add to an observation must be as long.
+            tasks: by world, in place of the problem's; their additions to an observation must be as long.
         """
         chosen = range(self.worlds) if worlds is None else list(worlds)
         self._joined.clear()
@@ -229,7 +229,7 @@ class Session:
 
     @contextmanager
     def _metered(self) -> Iterator[None]:
-        """Meter what is simulated within."""
+        """Meter the simulation within the context."""
         meter, own, rollout = self._problem.meter, self._solver.meter, self._playback.rollout
         meter.start_clock()
         before, repeated = own.forward, sum(rollout.retries.tolist())
@@ -247,7 +247,7 @@ class Session:
         return self._weights.share @ self._starts[world].positions[1, 0]
 
     def _observations(self) -> Array:
-        """Of all worlds `[worlds, observation_count]`."""
+        """Observations of all worlds `[worlds, observation_count]`."""
         import torch
 
         now = zip(self._playback.frames.tolist(), self._positions[1], self._velocities[1], self._begun, strict=True)
@@ -281,10 +281,10 @@ class Session:
         import torch
 
         rewards = np.zeros(self.worlds)
-        alike: dict[tuple[int, int], list[int]] = {}
+        groups: dict[tuple[int, int], list[int]] = {}
         for world in worlds:
-            alike.setdefault((id(self._tasks[world]), int(self._playback.frames[world])), []).append(world)
-        for (_, frame), some in alike.items():
+            groups.setdefault((id(self._tasks[world]), int(self._playback.frames[world])), []).append(world)
+        for (_, frame), some in groups.items():
             motion, numbers = self._side_by_side(tuple(some))
             motion.muscle_work.numpy()[:] = work if len(some) == self.worlds else work[:, some]
             if len(some) < self.worlds:

@@ -15,7 +15,7 @@ class Solvers:
     """Solvers of one scene at one fidelity.
 
     Args:
-        scene, fidelity: what is simulated.
+        scene, fidelity: of the simulation.
         equilibration_frames: control frames in which the scene comes to rest before the episode; 0 for none.
     """
 
@@ -59,7 +59,7 @@ class Solvers:
     def most_worlds(self, frames: int, substeps: int) -> int:
         """Worlds side by side of which every state of an episode fits into memory, at least 1.
 
-        Side by side they share launches only, which is less than what it costs to simulate an episode again.
+        Side by side they share launches only, which saves less than it costs to simulate an episode again.
 
         Args:
             frames, substeps: of an episode.

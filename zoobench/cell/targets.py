@@ -26,7 +26,7 @@ def target_fault(spec: RunSpec) -> str:
 
 @lru_cache
 def _fault(env_ref: Ref, task_ref: Ref, design: Ref, fidelity: Ref, frames: int) -> str:
-    # a task of a plug-in may lack what the protocol has gained
+    # a task of a plug-in may lack new parts of the protocol
     routes = getattr(registry.create(Kind.TASK, task_ref), "routes", ())
     if not routes:
         return ""

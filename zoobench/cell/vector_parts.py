@@ -9,7 +9,7 @@ from zoobench.controllers.sine_basis import SineBasis
 from zoobench.tasks.base import ObservedPart, Task
 
 Action = Literal["waves", "muscles"]
-"""What an action is: weights of the waves of the sine basis, or the activity of every muscle."""
+"""The kind of action: weights of the waves of the sine basis, or the activity of every muscle."""
 
 _AXES = "ahead, up, right"
 _SPEED = "20 body lengths/s"
@@ -38,10 +38,10 @@ class VectorPart(NamedTuple):
 
 
 def observation_parts(muscle_count: int, task: Task) -> tuple[VectorPart, ...]:
-    """The parts of what a policy observes of a robot with so many muscles at a task, the phase of the waves last."""
+    """The parts of a policy's observation of a robot with so many muscles at a task, the phase of the waves last."""
     told = getattr(task, "observed_parts", {})
     known = [(name, shape, *described) for name, shape, described in _own(muscle_count)]
-    added: Layout = layout_of(muscle_count, task)[2:-1]  # what is neither body nor time
+    added: Layout = layout_of(muscle_count, task)[2:-1]  # the parts of neither body nor time
     known += [(name, (count,), *told.get(name, ObservedPart("", ""))) for name, count in added]
     known.append(("time_left", (1,), "-", "share of the episode that is left"))
     known.append(("phase", (PHASE_COUNT,), "-", "sine and cosine of 20 rad/s times the time of the waves"))
@@ -71,7 +71,7 @@ def _in_turn(parts: list[tuple[str, tuple[int, ...], str, str]]) -> tuple[Vector
 
 
 def _own(muscle_count: int) -> list[tuple[str, tuple[int, ...], ObservedPart]]:
-    """Of body and muscles, in the order of `ObservationModel`."""
+    """The parts of body and muscles, in the order of `ObservationModel`."""
     each = (muscle_count, 3)
     return [
         ("velocity", (3,), ObservedPart(_SPEED, f"of the centre of mass: {_AXES} of the present heading")),

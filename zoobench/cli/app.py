@@ -34,7 +34,7 @@ class _Command(TyperCommand):
 
 
 def _in_plain_words(error: BadParameter) -> str:
-    """The message of a value that does not fit; what a library of validation says of it names its own types."""
+    """The message for a value that does not fit; that of the validation library names the library's own types."""
     details = getattr(error.__cause__, "errors", None)
     if details is None:
         return error.message

@@ -10,9 +10,9 @@ _ONE_LINE = 120  # columns that hold a run's name, its bar and its text
 
 
 class BarBoard(Progress):
-    """Bars that are never squeezed: on a narrow terminal the name stands above its bar instead of beside it.
+    """Bars that are never squeezed: on a narrow terminal the name stands above its bar instead of on its left.
 
-    Every task has a field `standing`, the text of its bar, or what gives that text whenever the bar is drawn.
+    Every task has a field `standing`, the text of its bar, or an object that gives the text whenever the bar is drawn.
     """
 
     def __init__(self, console: Console) -> None:

@@ -1,6 +1,6 @@
-"""What a shell offers on Tab for the values of options and arguments.
+"""Shell completion of the values of options and arguments.
 
-Every function takes what is typed so far and gives the whole words that it may become. None loads torch or Taichi.
+Every function takes the text typed so far and gives the whole words that it may become. None loads torch or Taichi.
 """
 
 from collections.abc import Callable, Iterable
@@ -50,7 +50,7 @@ def presets(incomplete: str) -> list[str]:
 
 
 def runs(context: Context, incomplete: str) -> list[tuple[str, str]]:
-    """The newest runs of the database that the command line names, each with what it is."""
+    """The newest runs of the database that the command line names, each with a description."""
     from zoobench.db.query import Reader
     from zoobench.errors import ZoobenchError
 

@@ -15,7 +15,7 @@ _POINTS = (Format.CSV, Format.JSON)
 """Forms that give every point in every currency, and so compare nothing."""
 
 FOR_PEOPLE = "{} changes tables for people, and {} has the data unchanged. Leave it out."
-"""What is said of an option and a form that do not go together."""
+"""The message for an option and a format that do not go together."""
 
 
 class Currency(StrEnum):
@@ -29,7 +29,7 @@ class Currency(StrEnum):
 @takes(selection)
 def curves(
     chosen: RunSelection,
-    by: Annotated[Currency, Option("--by", help="Horizontal axis: what the methods have spent.")] = Currency.SUBSTEPS,
+    by: Annotated[Currency, Option("--by", help="Unit of the horizontal axis, the amount spent.")] = Currency.SUBSTEPS,
     output: Annotated[
         Path | None, Option("--output", "-o", help="Draw the curves into this .png, .pdf or .svg file.")
     ] = None,

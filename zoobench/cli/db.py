@@ -1,4 +1,4 @@
-"""`zoobench db`: what is done with a database as a whole."""
+"""`zoobench db`: commands on a database as a whole."""
 
 from enum import StrEnum
 from pathlib import Path
@@ -52,7 +52,7 @@ def merge(
 
 
 class Exported(StrEnum):
-    """What is exported."""
+    """The kinds of data that can be exported."""
 
     RESULTS = "results"
     METRICS = "metrics"

@@ -35,7 +35,7 @@ def export(
     ],
     fidelity: Annotated[
         str | None,
-        Option("--fidelity", help="Fidelity whose particle spacing the body has.", show_default="fine, or a run's own"),
+        Option("--fidelity", help="Fidelity that sets the particle spacing.", show_default="fine, or a run's own"),
     ] = None,
     elite: Annotated[
         int | None, Option("--elite", min=1, help="Rank of a body in the run's archive; 1 is the best.")

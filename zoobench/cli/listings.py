@@ -60,7 +60,7 @@ def results(
 
 
 class _Noted:
-    """What is to be said of results that are read one by one."""
+    """The facts for the notes below results that are read one by one."""
 
     def __init__(self) -> None:
         self.envs: set[Ref] = set()
@@ -84,7 +84,7 @@ def _stream_csv(finals: "Sequence[tuple[str, str]]", results: "Iterator[RunResul
 
 
 def _note_results(envs: "Collection[Ref]", *, has_smoke: bool) -> None:
-    """Say what to keep in mind about the runs that were printed."""
+    """Print notes on the runs that were printed."""
     from zoobench.report.provisional import footnotes
 
     for note in footnotes(envs):
@@ -124,7 +124,7 @@ def table(
         bool, Option("--aggregate", help="Also compare the methods over all rows, and state the statistics used.")
     ] = False,
     by: Annotated[
-        Currency | None, Option("--by", help="Compare the methods at an equal amount spent, in this currency.")
+        Currency | None, Option("--by", help="Compare the methods at an equal amount spent, in this unit.")
     ] = None,
     at: Annotated[
         float | None,
@@ -139,11 +139,11 @@ def table(
     """Compare the methods, with 95 % intervals.
 
     A cell is the mean score over seeds with its Student-t interval. Each method has a column. Each fidelity, budget,
-    episode length and quantity has a table, with its provenance below. Of errors, lower is better. For a paper, use
-    --format latex with --columns, --rename, --unit, --caption and --label. With --by, one table has runs of all budgets
-    with their best scores at an equal amount spent. Smoke runs are left out. A normalised score is 0 for the better of
-    an idle robot and the mean random controller, and 1 for the best mean of the row. The mark ‡ means that the fidelity
-    is too coarse to rank this mean against the row's best.
+    episode length and quantity has a table, with its provenance below. Lower errors are better. For a paper, use
+    --format latex with --columns, --rename, --unit, --caption and --label. With --by, one table compares the best
+    scores of runs of any budget at an equal amount spent. Smoke runs are left out. A normalised score is 0 for the
+    better of an idle robot and the mean random controller, and 1 for the best mean of the row. The mark ‡ means that
+    the fidelity is too coarse to rank this mean against the row's best.
     """
     from dataclasses import replace
 
@@ -179,7 +179,7 @@ def table(
 
 
 def _changed_code(store: "Store", tables: "list[Table]", origins: "list[OriginRow]") -> "list[str]":
-    """What to say of plug-ins whose code is not that of the runs in these tables."""
+    """Warnings of plug-ins whose code differs from that of the runs in these tables."""
     from zoobench.harness.provenance import changed_plugins
 
     stored = [origin.provenance["plugins"] for origin in origins if "plugins" in origin.provenance]
@@ -215,7 +215,7 @@ def print_tables(
     """Print tables of scores and the footer below them; in JSON one object with both, in LaTeX it is a comment.
 
     Raises:
-        UsageError: the look asks for what is not there.
+        UsageError: the look names a column or an entry that the tables do not have.
     """
     from dataclasses import asdict
 
@@ -265,7 +265,7 @@ def _print_part(listing: "Listing", form: Format, look: "Look | None", number: i
 
 
 class TableStyle(NamedTuple):
-    """What tables show: normalised scores, environments as columns, methods over all rows."""
+    """Options of tables: normalised scores, environments as columns, methods over all rows."""
 
     normalised: bool = False
     pivot: bool = False

@@ -10,7 +10,7 @@ from zoobench.report.listing import Listing
 
 
 def doctor(
-    full: Annotated[bool, Option("--full", help="Check every row of the database, also of a large one.")] = False,
+    full: Annotated[bool, Option("--full", help="Check every row of the database, even if it is large.")] = False,
     mend: Annotated[bool, Option("--repair", help="Repair the damage in the database that can be repaired.")] = False,
     db: DatabaseOption = DEFAULT_DATABASE,
     form: FormatOption = Format.TABLE,

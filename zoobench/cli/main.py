@@ -126,5 +126,5 @@ def _end_without_room(error: OSError) -> int:
     if error.errno == errno.ENOSPC:
         what = error.filename or "The output"
         print(f"Error: {what} does not fit: the disk is full. Free some space, then try again.", file=sys.stderr)
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # or Python fails once more over what is left when it ends
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # or Python fails once more over the buffered rest when it ends
     return 1

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from zoobench.report.listing import Listing
 
 _GAP = 3  # blanks between columns
-_INDENT = 4  # blanks before what a row goes on with below
+_INDENT = 4  # blanks before the continuation lines of a row
 _UNLIMITED = 10_000  # columns; off a terminal nothing is folded or cut
 
 
@@ -45,13 +45,13 @@ def print_text(text: str) -> None:
 
 
 def replace_unknown_signs() -> None:
-    """Let standard output replace what its encoding does not have, as of a terminal with code page 1252."""
+    """Let standard output replace characters that its encoding lacks, as on a terminal with code page 1252."""
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")
 
 
 def emit(listing: "Listing", form: Format, *, programs: "Listing | None" = None) -> None:
-    """Print a listing, or in the forms for programs what they get instead, with its title for people."""
+    """Print a listing with its title, or `programs` in the formats for programs."""
     from zoobench.report.listing import csv_lines, flattened
 
     if form is Format.JSON:
@@ -65,7 +65,7 @@ def emit(listing: "Listing", form: Format, *, programs: "Listing | None" = None)
 
 
 def emit_json(value: Any) -> None:
-    """Print plain data as JSON, with escapes for what the stream cannot show."""
+    """Print plain data as JSON, with escapes for characters that the stream cannot show."""
     from zoobench.report.listing import to_json
 
     text = to_json(value)
@@ -144,7 +144,7 @@ def plain_lines(listing: "Listing", limit: int = _UNLIMITED) -> Iterator[str]:
     for number, place in listing.bold:
         reading[number][place] += " *"
     columns = range(len(listing.columns))
-    distinct = [{row[place] for row in reading} for place in columns]  # of very many rows most are alike
+    distinct = [{row[place] for row in reading} for place in columns]  # most of very many rows are equal
     folds = [{text: _folded(text, limit - _INDENT) for text in texts} for texts in distinct]
     widths = [
         max([_width(heading), *(_width(line) for lines in found.values() for line in lines)])

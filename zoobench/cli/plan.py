@@ -83,7 +83,7 @@ def expected_memory(specs: Iterable[RunSpec]) -> int | None:
 
 
 def _changed_code(db: str, specs: Sequence[RunSpec]) -> list[str]:
-    """What to say of plug-ins whose code is not that of the runs in the database."""
+    """Warnings of plug-ins whose code differs from that of the runs in the database."""
     from zoobench.db.store import Store
     from zoobench.harness.provenance import changed_plugins
 
@@ -100,7 +100,7 @@ def _is_there(db: str) -> bool:
 def known_runs(
     db: str, specs: Sequence[RunSpec], rate: "Callable[[Ref, Ref], Rate | None]"
 ) -> "tuple[dict[str, RunState], Estimator]":
-    """The states of these runs by key, and what estimates their times; nothing is known before there is a database."""
+    """The states of these runs by key, and the estimator of their times; without a database no state is known."""
     from zoobench.report.estimate import Estimator
 
     if not _is_there(db):

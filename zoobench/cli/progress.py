@@ -25,7 +25,7 @@ class Display(Protocol):
     """A display of the state of a set of runs; used as a context."""
 
     def update(self, rows: "list[RunRow]") -> None:
-        """Show what has changed: these runs, the first time all of them."""
+        """Show the runs that have changed, the first time all of them."""
 
     def __enter__(self) -> Self: ...
 
@@ -33,7 +33,7 @@ class Display(Protocol):
 
 
 def display(run_ids: Collection[int], weights: Mapping[int, float] = NO_WEIGHTS) -> Display:
-    """Bars on a terminal, lines elsewhere; with `weights`, times that runs are expected to take beside each other."""
+    """Bars on a terminal, lines elsewhere; with `weights`, the relative times that runs are expected to take."""
     return Bars(run_ids, weights) if console(stderr=True).is_terminal else Lines(run_ids, weights)
 
 
@@ -76,7 +76,7 @@ class TimeLeft:
 
     Runs count by their weights; one without counts as the mean of the others. Before its first iteration a run compiles
     or loads kernels, which says nothing about the rest. So the clock starts with the first iteration, and the first
-    iterations of the runs that start beside it do not count.
+    iterations of the runs that start at the same time do not count.
     """
 
     def __init__(self, run_ids: Collection[int], weights: Mapping[int, float] = NO_WEIGHTS) -> None:
@@ -87,7 +87,7 @@ class TimeLeft:
         self._done = 0.0
         self._start: tuple[float, float] | None = None
         self._starting: set[int] = set()
-        self._beside: set[int] | None = None
+        self._first_together: set[int] | None = None
         self._first: dict[int, tuple[float, float]] = {}
         self.ended: set[int] = set()
 
@@ -98,20 +98,20 @@ class TimeLeft:
 
     def seconds_left(self, rows: "list[RunRow]") -> float | None:
         """Wall time left after these changes [s]; None while there is no pace yet."""
-        before, beside = self._done, 0.0
+        before, excluded = self._done, 0.0
         first = [row for row in rows if row.id in self._starting and row.fraction > 0.0 and not row.has_ended]
         for row in rows:
             gain = self._note(row)
-            if row in first and self._beside and row.id in self._beside:
-                beside += gain
+            if row in first and self._first_together and row.id in self._first_together:
+                excluded += gain
         now = time.monotonic()
         if self._start is None:
             self._start = (now, self._done)
-        elif first and self._beside is None and before <= self._start[1]:
-            self._start, self._beside = (now, self._done), set(self._starting)
-        elif self._beside:
-            self._start = (self._start[0], self._start[1] + beside)
-            self._beside &= self._starting
+        elif first and self._first_together is None and before <= self._start[1]:
+            self._start, self._first_together = (now, self._done), set(self._starting)
+        elif self._first_together:
+            self._start = (self._start[0], self._start[1] + excluded)
+            self._first_together &= self._starting
         begun, done = self._start
         return None if self._done <= done else (now - begun) * (self._whole - self._done) / (self._done - done)
 

@@ -95,7 +95,7 @@ def _draw_strip(text: str, strip: Strip, target: Destination, db: str) -> None:
     """Draw a run's bodies over its iterations, or its gait.
 
     Raises:
-        UsageError: the file is no .png, or the run has no solution, or what is asked for was not kept.
+        UsageError: the file is no .png, or the run has no solution, or the wanted data was not kept.
     """
     from zoobench.render.canvas import check_drawing
 
@@ -127,7 +127,7 @@ def _draw_stages(found: NamedSolution, target: Destination, db: str) -> None:
     from zoobench.render.stages import stages_image, stages_of
 
     if found.run is None:
-        raise UsageError(f"Of {found.name} only the best body is published. Do the run: {repeat_command(found.spec)}")
+        raise UsageError(f"Only the best body of {found.name} is published. Run it: {repeat_command(found.spec)}")
     with Store(db, create=False) as store:
         milestones = store.milestones(found.run.id)
         iterations = next(final.value for final in store.finals(found.run.id) if final.name == "iterations")

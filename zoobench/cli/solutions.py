@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class NamedSolution:
-    """What a run has found.
+    """The solution of a run.
 
     Attributes:
         name: of the run, for people.

@@ -21,10 +21,10 @@ _FORMER = {
     "picture": "design picture",
     "plan": "run --dry-run",
 }
-"""What to type in the place of former commands."""
+"""The present names of former commands."""
 
 ANY_ARGUMENTS = {"ignore_unknown_options": True, "allow_extra_args": True}
-"""What the place of a group accepts that is not installed."""
+"""Settings by which the stand-in for a group that is not installed accepts any arguments."""
 
 
 class TopLevel(TyperGroup):

@@ -73,7 +73,7 @@ def watch(
 
 
 def _newest(run: str, db: str, chosen: tuple[str, str, str, str], frames: int | None) -> "Callable[[], Watched | None]":
-    """Gives what is to be watched, which may become better; None where a run has found nothing yet.
+    """Gives the solution to watch, which may become better; None where a run has found nothing yet.
 
     Args:
         chosen: environment, task, design and fidelity as they were given, empty for those of the run.

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 Senses = Literal["all", "body"]
-"""What a closed loop is given of the observation: all of it, or the robot's own body without task and clock."""
+"""The observation that a closed loop receives: all of it, or the robot's own body without task and clock."""
 
 WAVE_RATE = 20.0
 """[rad/s] that scales observed velocities, with the body's length: the rate of the slow waves of the sine basis."""

@@ -103,6 +103,6 @@ class WavesNow:
         import torch
 
         self._given[:] = parameters
-        torch.bmm(waves, self._weights, out=self._activity)  # what the sum of `weighted` becomes
+        torch.bmm(waves, self._weights, out=self._activity)  # the value of the sum of `weighted`
         self._activity.add_(self._biases).tanh_()
         return self._found

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Gait:
-    """What open and closed gaits share.
+    """The common base of open and closed gaits.
 
     Attributes:
         start: the solution, with the controller's parameters first.
@@ -74,7 +74,7 @@ class ClosedGait(Gait):
 
     @property
     def sees(self) -> Senses:
-        """What it is given of the observation."""
+        """The part of the observation that it receives."""
         found: Senses = getattr(self.closed_loop, "sees", "all")
         return found
 

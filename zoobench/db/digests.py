@@ -52,7 +52,7 @@ def seal(session: Session, run_id: int) -> None:
 
 
 def digests(session: Session, ids: Collection[int]) -> dict[int, str]:
-    """The digests of runs, by id, of what is stored of them now."""
+    """The digests of runs, by id, of the data that is stored of them now."""
     found: dict[int, dict[str, list[Any]]] = {run_id: defaultdict(list) for run_id in ids}
     for name, (run_id, *columns) in DIGESTED.items():
         for number, *row in session.execute(select(run_id, *columns).where(among(run_id, ids))):
@@ -64,7 +64,7 @@ def digests(session: Session, ids: Collection[int]) -> dict[int, str]:
 
 
 def damage(session: Session, ids: Collection[int] | None = None) -> Iterator[str]:
-    """What does not agree with its digest, as sentences: settings and results of these runs, of all for None.
+    """Data that does not agree with its digest, as sentences: settings and results of these runs, of all for None.
 
     Runs that an earlier zoobench ended have no digest, and only their settings are checked.
     """

@@ -2,7 +2,7 @@
 
 SQLite: write-ahead log, write lock from the start of every writing transaction (a deferred one fails with
 "database is locked" under contention, whatever the timeout), 30 s of patience, and more while a worker may live.
-On a read-only medium it is read as it is, without the files that SQLite keeps beside it. PostgreSQL opens by its URL:
+On a read-only medium it is read as it is, without the files that SQLite keeps next to it. PostgreSQL opens by its URL:
 readers see one snapshot, writers lock the rows that they write, with the same patience.
 """
 
@@ -131,7 +131,7 @@ class Database:
         return column.collate("BINARY" if self._path else "C")
 
     def copy_to(self, path: Path) -> None:
-        """Write an SQLite file as it is now, what others are writing at it left out, to a new one.
+        """Write an SQLite file as it is now, without unfinished writes of others, to a new one.
 
         Raises:
             StorageError: it cannot be written.
@@ -141,7 +141,7 @@ class Database:
 
     @property
     def path(self) -> Path | None:
-        """Of an SQLite file; None for a server's database."""
+        """Path of an SQLite file; None for a server's database."""
         return self._path
 
     @property
@@ -238,13 +238,13 @@ def _url(location: str) -> URL:
 
 
 def _is_writable(path: Path) -> bool:
-    """Whether a file can be changed, and others be made beside it, as SQLite does."""
+    """Whether a file can be changed, and others be made in its folder, as SQLite does."""
     as_effective = {"effective_ids": True} if os.access in os.supports_effective_ids else {}
     return all(os.access(place, os.W_OK, **as_effective) for place in (path, path.absolute().parent))
 
 
 def _read_only_url(path: Path) -> URL:
-    """Of a file that cannot be changed: what is in its write-ahead log is read, too, if there is such a log."""
+    """The URL of a file that cannot be changed: its write-ahead log is read, too, if there is one."""
     how = {"mode": "ro"} if _has_log(path) else {"mode": "ro", "immutable": "1"}
     return URL.create("sqlite", database=path.absolute().as_uri(), query={**how, "uri": "true"})
 
@@ -304,8 +304,7 @@ def _explain(name: str, path: Path | None, error: DBAPIError) -> StorageError:
     said = " ".join(str(error.orig).split())
     if code in ("SQLITE_FULL", "53100") or (code.startswith("SQLITE_IOERR") and path and _is_disk_full(path)):
         return StorageFullError(
-            f"The disk that holds {name} is full. What was stored is safe: free some space and type the "
-            "same command again."
+            f"The disk that holds {name} is full. Stored data is safe: free some space and type the same command again."
         )
     if code in ("SQLITE_NOTADB", "SQLITE_CORRUPT"):
         return StorageError(f"{name} is not an SQLite database, or a damaged one. Give another with --db.")
@@ -325,7 +324,7 @@ def _explain(name: str, path: Path | None, error: DBAPIError) -> StorageError:
         return StorageError(f"No permission to write to {name}: {said}. Ask for it, or give another URL with --db.")
     if path is None and (error.connection_invalidated or (isinstance(error, OperationalError) and not code)):
         return StorageError(
-            f"No connection to the database {name}: {said.rstrip('.?')}. What was stored is safe: see that the server "
+            f"No connection to the database {name}: {said.rstrip('.?')}. Stored data is safe: see that the server "
             "is up, that the database exists and that it lets you in, then type the same command again."
         )
     return StorageError(f"The database {name} refuses: {said}. `zoobench doctor` checks it.")

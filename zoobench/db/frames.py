@@ -56,7 +56,7 @@ class Frames:
         return table.rename_axis(columns=None).reset_index()
 
     def tidy(self, *, keys: Collection[str] | None = None, **axes: str) -> "pd.DataFrame":
-        """One row per run, one value per column: what the run was, and its score.
+        """One row per run, one value per column: the run's settings, and its score.
 
         A component has its name in the column of its axis, and its version and each parameter, defaults included, in
         columns of their own: `env`, `env.version`, `env.friction`. A parameter that a component does not have is NaN.

@@ -12,7 +12,7 @@ from zoobench.db.rows import Ending, RunRow, RunState, storable
 from zoobench.db.silence import seconds_silent
 
 LEASE_SECONDS = 60.0
-SILENT_SECONDS = 10.0  # that the lease of a worker elsewhere is seen unchanged, beside being over by the clock
+SILENT_SECONDS = 10.0  # that the lease of a worker elsewhere is seen unchanged, in addition to being over by the clock
 MAX_STRIKES = 30  # in a row without a new checkpoint, before a run is given up
 CHILD_STRIKES = 10
 """For a child that died alone, which is likely to do so again. A worker is ended with its machine or by its user, and

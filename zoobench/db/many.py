@@ -111,7 +111,7 @@ class ManyReader:
             return [run for run in found if tuple(getattr(run.spec, axis) for axis in axes) in places]
 
     def totals(self) -> list[PastTotal]:
-        """What all finished runs have taken, by environment and fidelity."""
+        """The total times of all finished runs, by environment and fidelity."""
         with self._database.read() as session:
             return fetch_totals(session)
 

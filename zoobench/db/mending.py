@@ -1,4 +1,4 @@
-"""Mending of damaged settings: what follows from something else is written anew, and what does not is given up."""
+"""Mending of damaged settings: those that follow from other data are written anew, and the others are given up."""
 
 from collections.abc import Iterator
 

@@ -32,7 +32,7 @@ _AT_ONCE = 50  # runs that are read, and then written, at a time
 
 _RESULTS = {name: DIGESTED[name] for name in ("finals", "solution", "archive", "milestones")}
 _RESULTS["curves"] = DIGESTED["metrics"]
-"""What two runs of one spec must agree in; the columns after the id of the run."""
+"""The results in which two runs of one spec must agree; the columns after the id of the run."""
 _TIME = "seconds"  # ends the names of the curves that tell of wall time
 
 Row = dict[str, Any]
@@ -49,7 +49,7 @@ class Difference:
 
 @dataclass(frozen=True)
 class MergeReport:
-    """What became of the runs of the other database.
+    """The outcome of a merge for the runs of the other database.
 
     Attributes:
         added: new here, by their ids here.
@@ -106,7 +106,7 @@ class _Merger:
     """Ids of the runs in the target by those in the source."""
 
     def report(self) -> MergeReport:
-        """What was done, and what is left in the source."""
+        """The report of the merge, with the data left in the source."""
         rows = (
             select(StudyRecord.name, func.count())
             .join(StudyRowRecord, StudyRowRecord.study_id == StudyRecord.id)

@@ -1,4 +1,4 @@
-"""The tables, with the meaning of every column. A change here needs a migration beside the initial one."""
+"""The tables, with the meaning of every column. A change here needs a migration after the initial one."""
 
 from sqlalchemy import BigInteger, ForeignKey, Index, LargeBinary, String, Text, UniqueConstraint
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
@@ -18,15 +18,15 @@ class SpecRecord(Base):
     )
     document: Mapped[str] = mapped_column(Text, doc="all settings as canonical JSON")
     env: Mapped[str] = mapped_column(String(200), index=True, doc="the environment with version and parameters")
-    task: Mapped[str] = mapped_column(String(200), index=True, doc="the task, likewise")
-    design: Mapped[str] = mapped_column(String(200), index=True, doc="the design, likewise")
-    controller: Mapped[str] = mapped_column(String(200), index=True, doc="the controller, likewise")
-    method: Mapped[str] = mapped_column(String(200), index=True, doc="the method, likewise")
-    fidelity: Mapped[str] = mapped_column(String(200), index=True, doc="the fidelity, likewise")
+    task: Mapped[str] = mapped_column(String(200), index=True, doc="the task with version and parameters")
+    design: Mapped[str] = mapped_column(String(200), index=True, doc="the design with version and parameters")
+    controller: Mapped[str] = mapped_column(String(200), index=True, doc="the controller with version and parameters")
+    method: Mapped[str] = mapped_column(String(200), index=True, doc="the method with version and parameters")
+    fidelity: Mapped[str] = mapped_column(String(200), index=True, doc="the fidelity with version and parameters")
     seed: Mapped[int] = mapped_column(doc="of the method")
     frames: Mapped[int] = mapped_column(doc="length of an episode [control frames]")
     budget_kind: Mapped[str] = mapped_column(
-        String(20), doc="what the budget counts: substeps, episodes, iterations or seconds"
+        String(20), doc="unit of the budget: substeps, episodes, iterations or seconds"
     )
     budget_amount: Mapped[float] = mapped_column(doc="how many of them")
 
@@ -49,9 +49,7 @@ class RunRecord(Base):
         String(12), doc="queued, running, done, failed, diverged, timeout, cancelled or skipped"
     )
     attempt: Mapped[int] = mapped_column(default=0, doc="number of the newest attempt, 0 before the first")
-    strikes: Mapped[int] = mapped_column(
-        default=0, doc="what counts against it: deaths in a row without a new checkpoint"
-    )
+    strikes: Mapped[int] = mapped_column(default=0, doc="deaths of its process in a row without a new checkpoint")
     owner: Mapped[str | None] = mapped_column(String(300), doc="the worker that holds it")
     lease_until: Mapped[float | None] = mapped_column(doc="until when its worker is taken to be alive [s]")
     progress_at: Mapped[float | None] = mapped_column(doc="when it last reported anything [s]")
@@ -68,7 +66,7 @@ class RunRecord(Base):
 
 
 class SweepRecord(Base):
-    """What one launcher was asked to have done; its runs are those of `sweep_runs`."""
+    """The runs that one launcher was asked to have done: those of `sweep_runs`."""
 
     __tablename__ = "sweeps"
 
@@ -95,7 +93,7 @@ class ProvenanceRecord(Base):
 
 
 class AttemptRecord(Base):
-    """One attempt at a run; what it took so far, in `wall_seconds`, is written with every renewal of its lease."""
+    """One attempt at a run; its time so far, `wall_seconds`, is written with every renewal of its lease."""
 
     __tablename__ = "attempts"
     __table_args__ = (UniqueConstraint("run_id", "number"),)
@@ -235,6 +233,6 @@ class StudyRowRecord(Base):
     study_id: Mapped[int] = mapped_column(ForeignKey("studies.id"), primary_key=True, doc="the study")
     number: Mapped[int] = mapped_column(primary_key=True, doc="of the case, in the order in which they were done")
     case_name: Mapped[str] = mapped_column(String(200), doc="the case")
-    verdict: Mapped[str] = mapped_column(String(12), doc="what was found, in a word")
-    document: Mapped[str] = mapped_column(Text, doc="what was measured, as JSON")
+    verdict: Mapped[str] = mapped_column(String(12), doc="the verdict, in a word")
+    document: Mapped[str] = mapped_column(Text, doc="the measured values, as JSON")
     finished_at: Mapped[float] = mapped_column(doc="when it was done [s]")

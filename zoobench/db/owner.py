@@ -78,7 +78,7 @@ class Owner:
 
 
 def _place() -> str:
-    """What must be the same for a number to mean the same thread; empty if that cannot be told."""
+    """A key of the place within which a number means the same thread; empty if that cannot be told."""
     if sys.platform != "linux":
         return platform.node()
     if str(Path("/proc/self").readlink()) != str(os.getpid()):  # /proc shows the processes of another namespace

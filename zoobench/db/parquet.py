@@ -24,7 +24,7 @@ def export_results(location: str | Path, path: Path, selection: RunSelection) ->
 
 
 def export_metrics(location: str | Path, path: Path, selection: RunSelection) -> int:
-    """Write `Frames.metrics` likewise."""
+    """Write `Frames.metrics` of the selected runs to a Parquet file; returns their number."""
     with Frames(location) as frames:
         return _write(path, frames.metric_parts(selection))
 

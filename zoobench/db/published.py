@@ -54,7 +54,7 @@ class PublishedRun:
 
     @property
     def start(self) -> Start:
-        """What another run takes of it."""
+        """The solution as the start of another run."""
         return Start(self.spec, self.params)
 
     @property
@@ -63,7 +63,7 @@ class PublishedRun:
 
 
 def folder() -> Path:
-    """Where the leaderboards lie: in an installed package, or beside that of a checkout."""
+    """The folder of the leaderboards: in an installed package, or next to that of a checkout."""
     package = Path(__file__).parent.parent
     inside = package / "leaderboards"
     return inside if inside.is_dir() else package.parent / "leaderboards"
@@ -82,7 +82,7 @@ def named(text: str) -> PublishedRun:
     environment, task and design, the same fidelity, and as many frames. Of several such groups that of the latest
     versions is taken, then of the finest grid, then of the longest episode: a coarse grid or a short episode may
     flatter, so that 0.20 m/s there need not be less than 0.24 here. Controller, method, budget and the settings of a
-    design may differ, since they are what scores are to compare. A solution that tears on a finer grid, or was found
+    design may differ, since scores are to compare these. A solution that tears on a finer grid, or was found
     at a wall, is taken only if the group has no other.
 
     Raises:
@@ -98,7 +98,7 @@ def named(text: str) -> PublishedRun:
 
 
 def _standing(run: PublishedRun) -> tuple[object, ...]:
-    """What is better about a solution than about others of its name, the most important first; see `named`."""
+    """The key that ranks solutions of one name, the most important criterion first; see `named`."""
     spec = run.spec
     versions = tuple(ref.version for ref in (spec.env, spec.task, spec.design))
     spacing = spec.fidelity.kwargs.get("grid_spacing", math.inf)

@@ -136,12 +136,12 @@ class Reader(ManyReader):
         return self.all_metrics([run_id], None if name is None else [name]).get(run_id, [])
 
     def milestones(self, run_id: int) -> list[MilestoneRow]:
-        """What a run had found after some of its iterations, by iteration; of a run that is done again as `metrics`."""
+        """The best solutions of a run after some of its iterations, by iteration; repeated runs as in `metrics`."""
         with self._database.read() as session:
             return _load_milestones(session, run_id)
 
     def plugins(self) -> list[Mapping[str, Any]]:
-        """What is stored of the plug-ins that took part in attempts, as `plugins_of` gave it, each once."""
+        """The records of the plug-ins that took part in attempts, as `plugins_of` gave them, each once."""
         with self._database.read() as session:
             documents = session.scalars(
                 select(ProvenanceRecord.document).where(ProvenanceRecord.document.contains('"plugins"'))
@@ -178,7 +178,7 @@ class Reader(ManyReader):
         return self._database.check()
 
     def damage(self, ids: Collection[int] | None = None) -> list[str]:
-        """What of these runs, or in all of the database, is not as it was stored, as sentences; empty if all is."""
+        """The damage in these runs, or in all of the database, as sentences; empty if all data is as it was stored."""
         with self._database.read() as session:
             return list(damage(session, ids))
 

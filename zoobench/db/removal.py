@@ -1,4 +1,4 @@
-"""Removing runs: all rows that belong to them, and what would be left without a meaning."""
+"""Removing runs: all rows that belong to them, and rows that would be left without a meaning."""
 
 from collections.abc import Collection
 
@@ -31,7 +31,7 @@ CONTENTS = (
     AttemptRecord, CheckpointRecord, FinalRecord, SolutionRecord, ArchiveRecord, MilestoneRecord, MetricRecord,
     LogRecord,
 )  # fmt: skip
-"""The tables with what a run has given, by `run_id`."""
+"""The tables with the results of runs, by `run_id`."""
 
 
 def dependents(runs: Collection[RunRow], ids: Collection[int]) -> list[RunRow]:
@@ -73,7 +73,7 @@ def remove_runs(session: Session, ids: Collection[int]) -> None:
 
 
 def remove_contents(session: Session, ids: Collection[int]) -> None:
-    """Remove what these runs have given, but not the runs."""
+    """Remove the results of these runs, but not the runs."""
     for table in CONTENTS:
         session.execute(delete(table).where(among(table.run_id, ids)))
 

@@ -28,7 +28,7 @@ class RunState(StrEnum):
 
     @classmethod
     def stored(cls, text: str) -> "RunState":
-        """The state that a database holds; what damage has made of one is no result."""
+        """The state that a database holds; a damaged one counts as no result."""
         return cls(text) if text in list(cls) else cls.FAILED
 
 
@@ -55,7 +55,7 @@ def encode_value(value: float) -> tuple[float | None, ValueKind]:
 
 
 def decode_value(value: float | None, kind: str) -> float:
-    """The inverse of `encode_value`; NaN for what damage has made of it."""
+    """The inverse of `encode_value`; NaN for a damaged value."""
     try:
         return float(kind if value is None else value)
     except ValueError:
@@ -240,7 +240,7 @@ class StudyRun:
     """One time that a study was carried out. Times are seconds since the epoch.
 
     Attributes:
-        finished_at: None if it was interrupted or is under way: then `rows` is what was done.
+        finished_at: None if it was interrupted or is under way: then `rows` are those done so far.
         provenance: commit, versions and machine.
     """
 
@@ -264,7 +264,7 @@ class EnqueueReport:
 
     @property
     def open(self) -> tuple[int, ...]:
-        """The runs that are still to be done, old and new: what to hand to `run_all`."""
+        """The runs that are still to be done, old and new, for `run_all`."""
         return tuple(sorted(self.new + self.existing_open))
 
 
@@ -313,8 +313,8 @@ class Ending:
 
     LOST and CANCELLED put the run back into the queue, the other outcomes end it. Only DONE has finals, `params`,
     the best parameters that were found, empty where there are none to find, and if the method keeps one an `archive`
-    of what was found beside them. Of one that is LOST, `died_alone` tells that the process of its run ended while what
-    had made it lived on.
+    of other solutions. Of one that is LOST, `died_alone` tells that the process of its run ended while its parent lived
+    on.
     """
 
     outcome: RunState

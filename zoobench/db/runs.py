@@ -26,7 +26,7 @@ _OWN = (
 def last_former_attempt() -> ScalarSelect[int]:
     """Number of the attempt that gave the outer statement's run a result before it was queued to be done again, or 0.
 
-    Nothing up to that attempt has a share in what the run gives now.
+    Nothing up to that attempt has a share in the run's present result.
     """
     former = aliased(AttemptRecord)
     return (
@@ -55,7 +55,7 @@ def fetch_runs(session: Session, chosen: Choice | None = None, *conditions: Colu
 
 @cache
 def _runs() -> Select[Any]:
-    """What is asked of runs, by id. A launcher asks twice a second, and this takes longer to build than to answer."""
+    """The query for runs, by id. A launcher asks twice a second, and this takes longer to build than to answer."""
     own = tuple(getattr(RunRecord, name) for name in _OWN)
     columns = (*own, RunRecord.state, last_former_attempt(), _seconds())
     return _with_specs(columns).order_by(RunRecord.id)
@@ -92,7 +92,7 @@ def fetch_past(session: Session, *conditions: ColumnElement[bool]) -> Iterator[P
 
 
 def fetch_totals(session: Session) -> list[PastTotal]:
-    """What finished runs have taken, by environment and fidelity, as far as their columns hold those whole."""
+    """The total times of finished runs, by environment and fidelity, as far as their columns hold those whole."""
     forward, backward = aliased(FinalRecord), aliased(FinalRecord)
     columns = (
         SpecRecord.env,

@@ -59,7 +59,7 @@ def _revision(session: Session, name: str) -> str | None:
 
 
 def _refuse_additions(session: Session, name: str) -> None:
-    """Refuse a file with triggers or views, which no zoobench makes and which may change what is stored."""
+    """Refuse a file with triggers or views, which no zoobench makes and which may change stored data."""
     statement = "SELECT type, name FROM sqlite_master WHERE type IN ('trigger', 'view') ORDER BY name"
     added = session.execute(text(statement)).first()
     if added is not None:

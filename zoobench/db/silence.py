@@ -8,7 +8,7 @@ import time
 _LONGEST_LOOK_SECONDS = 2.0  # between two looks of one that looks on
 
 _seen: dict[str, tuple[float | None, float, float]] = {}
-"""Of each owner the lease, when it was looked at last, and for how long it has been unchanged."""
+"""The lease of each owner, when it was looked at last, and for how long it has been unchanged."""
 
 
 def seconds_silent(owner: str, lease_until: float | None) -> float:

@@ -1,9 +1,9 @@
 """Settings of runs from the columns of their table, many at a time.
 
-The columns of `specs` are there to be searched, and its `document` is what a run's settings are. To read a document
-takes ten times as long as to read columns, and those say the same unless a text was too long for them. Whether they do
-is seen by the key, which is a hash of the document: what does not fit it is read from the document. Where that does not
-fit either, the run is left out and the others are read.
+The columns of `specs` are there to be searched, and its `document` defines a run's settings. To read a
+document takes ten times as long as to read columns, and those say the same unless a text was too long for them. The
+key, a hash of the document, shows whether they do: settings whose columns do not fit it are read from the document.
+Where that does not fit either, the run is left out and the others are read.
 """
 
 import hashlib
@@ -28,7 +28,7 @@ CellColumns = tuple[Any, ...]
 """The values of `CELL_COLUMNS`."""
 
 CELL_COLUMNS = tuple(getattr(SpecRecord, name) for name in (*AXES, "frames", "budget_kind", "budget_amount"))
-"""What the runs of a cell share."""
+"""The columns that the runs of a cell share."""
 
 
 def long_document() -> ColumnElement[str | None]:

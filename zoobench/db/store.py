@@ -1,7 +1,7 @@
 """The only module that writes: the queue of runs, their attempts, and their results.
 
 A worker owns a run by its claim: owner and attempt number are checked in every write (the fencing token), so
-that a worker that was given up for dead cannot touch what another has taken over.
+that a worker that was given up for dead cannot touch runs that another has taken over.
 """
 
 import time
@@ -77,7 +77,7 @@ class Store(Reader):
         """Queue the specs that the database does not have; `skips` are recorded with their reason.
 
         A run that was skipped and can be run now is queued. Runs in any other state are left as they are. They are
-        stored some at a time, so that others may write in between; what an interruption leaves out, the same call adds.
+        stored some at a time, so that others may write in between; after an interruption the same call adds the rest.
         """
         asked: dict[str, tuple[RunSpec, str | None]] = {spec.key(): (spec, None) for spec in specs}
         for spec, reason in skips:
@@ -101,7 +101,7 @@ class Store(Reader):
     def retry(self, ids: Collection[int], *, states: Collection[RunState] = UNSUCCESSFUL_STATES) -> list[int]:
         """Queue runs again that ended in one of these states, and return their ids.
 
-        They go on from their newest checkpoint; what their earlier attempts recorded stays. A run that was done has
+        They go on from their newest checkpoint; records of their earlier attempts stay. A run that was done has
         none and starts anew.
         """
         anew = RunRecord.state == RunState.DONE
@@ -135,7 +135,7 @@ class Store(Reader):
     def cancel(self, ids: Collection[int]) -> list[int]:
         """End those of these runs that have not ended, as CANCELLED; their ids.
 
-        Whoever works on one loses its claim. What it has found is kept, and `retry` lets it go on from there.
+        Whoever works on one loses its claim. Its results are kept, and `retry` lets it go on from there.
         """
         cancelled = []
         is_open = RunRecord.state.in_(OPEN_STATES)
@@ -149,7 +149,7 @@ class Store(Reader):
         return cancelled
 
     def remove(self, ids: Collection[int]) -> None:
-        """Remove these runs with all that is stored of them, and what was measured with their solutions.
+        """Remove these runs with all that is stored of them, and measurements with their solutions.
 
         Raises:
             UsageError: one of them is in progress.
@@ -162,7 +162,7 @@ class Store(Reader):
         return merge(self._database, other._database)
 
     def mend(self) -> list[str]:
-        """Put right what is damaged and can be, and say it in sentences; empty if nothing had to be.
+        """Repair the damage that can be repaired, and describe it in sentences; empty if there was none.
 
         A run whose results have changed is queued again, as its settings decide them.
         """
@@ -271,7 +271,7 @@ class Store(Reader):
             self._write_batch(session, claim, batch)
             seconds = time.monotonic() - claim.since
             close_attempt(session, claim.run_id, claim.attempt, ending, seconds=seconds)
-            if ending.outcome is RunState.DONE:  # a run that is done again replaces what it gave before
+            if ending.outcome is RunState.DONE:  # a run that is done again replaces its earlier result
                 for table in (FinalRecord, SolutionRecord, ArchiveRecord):
                     session.execute(delete(table).where(table.run_id == claim.run_id))
             for final in ending.finals:
@@ -387,7 +387,7 @@ class Store(Reader):
 
 
 def _enqueue(session: Session, prepared: Mapping[str, tuple[dict[str, Any], str | None]]) -> Iterator[tuple[str, int]]:
-    """Store what is new of these specs, given as columns and a reason to skip them; group and id of every run."""
+    """Store the new ones of these specs, given as columns and a reason to skip them; group and id of every run."""
     table = RunRecord
     statement = select(table.spec_key, table.id, table.state).where(table.spec_key.in_(prepared))
     known = {key: (run_id, RunState.stored(state)) for key, run_id, state in session.execute(statement)}

@@ -1,4 +1,4 @@
-"""Sweeps: the runs that one launcher was asked to have done, and what has become of them since it last looked."""
+"""Sweeps: the runs that one launcher was asked to have done, and their states since it last looked."""
 
 import math
 import time

@@ -70,8 +70,8 @@ def in_a_row(names: Sequence[str], rear: float, front: float) -> Muscles:
     """
 
     def shares(points: Array) -> Array:
-        place = np.floor((points[:, 0] - rear) / (front - rear) * len(names)).astype(int)
-        return np.eye(len(names) + 1)[np.clip(place, 0, len(names)), :-1]
+        slice_index = np.floor((points[:, 0] - rear) / (front - rear) * len(names)).astype(int)
+        return np.eye(len(names) + 1)[np.clip(slice_index, 0, len(names)), :-1]
 
     return Muscles(tuple(names), shares)
 

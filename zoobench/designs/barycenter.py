@@ -22,7 +22,7 @@ _VOXELS = 56  # along the longest edge of the workspace: tail fins are nearly fi
 _WIDTH = 1.0  # of the entropic kernel [voxels]
 _ITERATIONS = 100  # 0.8 s; with four times as many, 1 % of the particles change at the ends of the simplex
 
-# the density is filtered over the width of a particle, or its gradient would vanish beside the surface
+# the density is filtered over the width of a particle, or its gradient would vanish off the surface
 _FILTER = 0.5  # [particle spacings]
 _LEAST_FILTER = 0.5  # [voxels]
 
@@ -106,8 +106,8 @@ class _Grid:
         import torch
 
         folded = np.stack([points[:, 0], points[:, 1], np.abs(points[:, 2])], axis=1)
-        place = 2.0 * (folded - self.lower) / (self.edge * np.array(self.counts)) - 1.0
-        sites = torch.as_tensor(place[:, ::-1].copy()).reshape(1, -1, 1, 1, 3)  # the last axis first
+        coordinates = 2.0 * (folded - self.lower) / (self.edge * np.array(self.counts)) - 1.0
+        sites = torch.as_tensor(coordinates[:, ::-1].copy()).reshape(1, -1, 1, 1, 3)  # the last axis first
         found = torch.nn.functional.grid_sample(field[None, None], sites, padding_mode="border", align_corners=False)
         return found.reshape(-1)
 

@@ -18,7 +18,7 @@ from zoobench.sim.model.fidelity import Fidelity
 class Body(BodyParticles):
     """A robot at rest, relative to the point on the ground below its centre; x is ahead, y up, z to the right.
 
-    Every particle is at the centre of what is solid in its cube of a lattice, and has the volume of that.
+    Every particle is at the centre of the solid part of its cube of a lattice, and has the volume of that part.
 
     Attributes:
         head, tail: `[particle_count]` labels that define the heading.
@@ -26,7 +26,7 @@ class Body(BodyParticles):
         sites: `[particle_count, 3]` the centres of the cubes [m].
         edge: of the cubes [m].
         malleable: whether the body is the workspace of a design space; a medium then fills its empty particles.
-        notes: what a user should know of how the body was made, as sentences; such as repairs of a file.
+        notes: notes for users on how the body was made, as sentences; such as repairs of a file.
         rings: places along x [m] at which pictures draw a ring around the body, as between segments.
     """
 
@@ -63,7 +63,7 @@ class Body(BodyParticles):
     def box(self) -> tuple[Array, Array]:
         """Lower and upper corner `[3]` [m] of the box around the body.
 
-        What is solid in a cube is taken as a plate of its cross-section, by half of whose thickness it reaches beyond
+        The solid part of a cube is taken as a plate of its cross-section, by half of whose thickness it reaches beyond
         its particle: exact for a flat end, and right to a tenth of a cube for a round one.
         """
         reach = self.volumes[:, None] / (2.0 * self.edge**2)

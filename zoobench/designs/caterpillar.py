@@ -76,7 +76,7 @@ def _centres() -> Array:
 def _inside(unit: Array) -> Mask:
     """Union of the segments above the ground, in unit coordinates."""
     x, y, z = unit.T.copy()  # one coordinate at a time is five times faster than points of three
-    along = np.abs(x[:, None] - _centres()).min(axis=1)  # all segments are alike, so the nearest one decides
+    along = np.abs(x[:, None] - _centres()).min(axis=1)  # all segments are equal, so the nearest one decides
     length, height, width = _SEGMENT_RADII
     segment = (along / length) ** 2 + ((y - _AXIS_HEIGHT) / height) ** 2 + (z / width) ** 2 <= 1.0
     return np.asarray(segment & (y >= 0.0))

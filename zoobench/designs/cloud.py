@@ -32,7 +32,7 @@ from zoobench.sim.model.fidelity import Fidelity
 
 _END = 0.25  # of the length: head and tail
 _LEAST_SCATTERED = 500  # points
-_THICK = 3.0  # spacings of scattered points: what is thinner has none within
+_THICK = 3.0  # spacings of scattered points: thinner parts have none within
 _FILLED = 0.5  # share of a body that has to be so thick
 
 
@@ -57,11 +57,11 @@ class CloudDesign:
     every colour is a muscle, whose fibres run along its longest direction, and black is passive.
 
     On a lattice along the axes each point represents its cell, of which the share `fill`, or all, is solid with the
-    properties of the point. Of scattered points, solid is what lies between them. Points without a place and few that
-    lie far from all others are left out. `zoobench show` and `run` say what was left out and assumed.
+    properties of the point. The space between scattered points is solid. Points without a place and few that
+    lie far from all others are left out. `zoobench show` and `run` report omissions and assumptions.
 
     * `path`: of the file; its content becomes part of the run's key.
-    * `length`: of the body along `ahead` [m]; 0 for what `unit` makes of it.
+    * `length`: of the body along `ahead` [m]; 0 for the length that follows from `unit`.
     * `unit`: of the file; with `auto` and no length, the file is in metres.
     * `grouping`: `file` for the muscles or colours of the file, or `paired` if it has none; otherwise as for a mesh.
     * `muscles`: number of groups, if they are not the file's.
@@ -147,7 +147,7 @@ class CloudDesign:
 
     @cached_property
     def _volume(self) -> float:
-        """Of what is solid [m^3]: that of the cells, or as measured."""
+        """Volume of the solid [m^3]: that of the cells, or as measured."""
         matter = self._points.matter
         if isinstance(matter, Lattice):
             return float(self._points.fill.sum()) * matter.cell * self._scale**3
@@ -180,7 +180,7 @@ class CloudDesign:
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
-        """What was made of the file, as sentences."""
+        """How the file was interpreted, as sentences."""
         points = self._points
         lattice = isinstance(points.matter, Lattice)
         made = self.grouping == "file" and points.shares is None

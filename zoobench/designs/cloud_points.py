@@ -26,7 +26,7 @@ class Points:
             colours.
         muscles: their names.
         fill: the share of each point's cell that is solid.
-        notes: what was left out, and what was made of colours, as sentences.
+        notes: the points that were left out, and how colours were used, as sentences.
     """
 
     positions: Array
@@ -44,7 +44,7 @@ class Points:
 
     @property
     def matter(self) -> Matter:
-        """What the points stand for."""
+        """The matter that the points represent."""
         return self._matter[0]
 
     @property

@@ -61,8 +61,8 @@ def grow(parameters: "Tensor", body: Body, optimised: Optimised, field: Field) -
     if "geometry" in parts:
         form = replace(form, occupancy=torch.stack([torch.sigmoid(_OCCUPANCY_GAIN * row[:, 0]) for row in rows]))
     if "stiffness" in parts:
-        place = parts.index("stiffness")
-        numbers = [stiffness_multiplier(_STIFFNESS_GAIN * row[:, place]) for row in rows]
+        column = parts.index("stiffness")
+        numbers = [stiffness_multiplier(_STIFFNESS_GAIN * row[:, column]) for row in rows]
         form = replace(form, stiffness=torch.stack(numbers))
     if "muscles" in parts:
         first = parts.index("muscles")
@@ -91,8 +91,8 @@ def painted(patterns: Array, optimised: Optimised) -> Array:
 def rows_like(membership: Array, places: Array, optimised: Optimised, rng: np.random.Generator) -> Array:
     """A draw of rows, as one vector, for sites with these shares of the base's muscles `[n, muscle_count]`.
 
-    The muscles are mostly the base's; where it has none, their shares are equal but for the noise. What is optimised
-    is drawn alike whatever else is.
+    The muscles are mostly the base's; where it has none, their shares are equal but for the noise. An optimised
+    field is drawn in the same way whatever else is optimised.
 
     Args:
         membership: see above.

@@ -36,13 +36,13 @@ class MeshPath(InputFile):
 class MeshDesign:
     """A body from a mesh in a file (STL, OBJ, PLY or GLB), with muscles derived from its shape.
 
-    The mesh is rotated by `ahead` and `up`, scaled, and placed on the ground. Holes are closed; what cannot be closed
-    is filled with voxels. Parts may overlap: what they share counts once. A part within another is a cavity if it is
-    turned inwards. Pieces that touch nothing and hardly have a volume are left out. The body is divided into muscle
-    groups, which do not depend on the resolution. `zoobench show` and `run` say what was repaired and assumed.
+    The mesh is rotated by `ahead` and `up`, scaled, and placed on the ground. Holes are closed; a surface that
+    cannot be closed is filled with voxels. Parts may overlap: shared volume counts once. A part within another is a
+    cavity if it is turned inwards. Pieces that touch nothing and hardly have a volume are left out. The body is divided
+    into muscle groups, which do not depend on the resolution. `zoobench show` and `run` report repairs and assumptions.
 
     * `path`: of the file; its content becomes part of the run's key.
-    * `length`: of the body along `ahead` [m]; 0 for what `unit` makes of it.
+    * `length`: of the body along `ahead` [m]; 0 for the length that follows from `unit`.
     * `unit`: of the file; with `auto` and no length, the body is 0.10 m long.
     * `muscles`: number of groups; for `paired` a multiple of four.
     * `grouping`: `paired` for rows of equal volume from the tail to the head, each with a muscle left and right at the
@@ -54,7 +54,7 @@ class MeshDesign:
       longer of the others ahead, the last up, z among equals. With `ahead=auto`, the longest axis other than `up` is
       ahead, x among equals. A body that then faces the wrong way needs `ahead=-x`.
 
-    What is thinner than a particle is there with its mass, in particles of small volume; a body that is too thin for
+    Parts thinner than a particle have their mass, in particles of small volume; a body that is too thin for
     the grid in more than half of its volume is refused.
     """
 
@@ -123,7 +123,7 @@ class MeshDesign:
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
-        """What was made of the file, as sentences."""
+        """How the file was interpreted, as sentences."""
         assumed = f"its unit is not known, so it was scaled by {self._scale:.4g} to a length of {_ASSUMED:g} m"
         why = "as the format has it" if self._up == "y" else "as most CAD tools have it"
         return (

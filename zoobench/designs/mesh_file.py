@@ -1,4 +1,4 @@
-"""Meshes in files: what is wrong with one is said before a library has its own idea of it."""
+"""Meshes in files: faults of a file are reported before a library interprets it in its own way."""
 
 import re
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ class FileMesh:
 
     Attributes:
         mesh: in the file's unit.
-        notes: what was repaired, as sentences.
+        notes: the repairs, as sentences.
     """
 
     mesh: Mesh
@@ -61,7 +61,7 @@ def load(name: str) -> FileMesh:
 
 
 def _fault_of_stl(content: bytes) -> str:
-    """What is missing of an STL file, or too much, in words; empty if nothing is."""
+    """The fault of an STL file that is too short or too long, in words; empty if there is none."""
     if content.lstrip()[:5].lower() == b"solid" and re.search(rb"\b(facet|endsolid)\b", content[:4096], re.IGNORECASE):
         begun, ended = (len(re.findall(rb"(?im)^\s*" + word, content)) for word in (rb"facet\b", rb"endfacet\b"))
         if begun != ended:
@@ -76,14 +76,16 @@ def _fault_of_stl(content: bytes) -> str:
     size = _HEADER + _TRIANGLE * promised
     if size == len(content):
         return ""
-    held = (len(content) - _HEADER) / _TRIANGLE
-    return f"its header promises {promised:,} triangles in {size:,} bytes, and it has {len(content):,}, for {held:,.4g}"
+    count = (len(content) - _HEADER) / _TRIANGLE
+    return (
+        f"its header promises {promised:,} triangles in {size:,} bytes, and it has {len(content):,}, for {count:,.4g}"
+    )
 
 
 def _counted_from_the_first(content: bytes, path: Path) -> bytes:
     """An OBJ file whose faces name their corners by numbers from the first on; they may count back from the last.
 
-    Only what makes the surface is kept. trimesh counts back from the end of the file, not from the line.
+    Only lines that define the surface are kept. trimesh counts back from the end of the file, not from the line.
 
     Raises:
         UsageError: a face names a corner that is not there.

@@ -1,4 +1,4 @@
-"""Repair of meshes: holes are closed, parts turned outwards, and what stays open is filled with voxels."""
+"""Repair of meshes: holes are closed, parts turned outwards, and surfaces that stay open are filled with voxels."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -17,7 +17,7 @@ _SAID = 0.001  # share of a volume from which it is said that parts share it
 
 
 def repaired(mesh: Any, name: str) -> tuple[Mesh, tuple[str, ...]]:
-    """A mesh of trimesh as a closed surface with normals outwards, and what was done, as sentences.
+    """A mesh of trimesh as a closed surface with normals outwards, and the repairs, as sentences.
 
     Equal corners are merged. A surface that is not closed is closed by fans of triangles, or else filled with voxels.
     The first of the three is taken that encloses a volume and is not inside out anywhere.
@@ -119,7 +119,7 @@ def _is_solid(mesh: Mesh) -> bool:
 
 
 def _said(mesh: Mesh, cavities: int, crumbs: str) -> Iterator[str]:
-    """What was made of parts, as sentences."""
+    """How overlapping and inner parts were handled, as sentences."""
     if crumbs:
         yield crumbs
     if cavities:

@@ -23,7 +23,7 @@ class ParticleSpace(BasedSpace):
 
     The parameters of a particle are one for occupancy and one for stiffness, each mapped by a sigmoid, and one for each
     muscle, mapped by a softmax; fibres run ahead. A particle is solid where its first number is positive. A draw from
-    the prior is a smooth random shape of 0.4 to 1 of the base (what is loose or thin is not built), of stiffness 0.5 to
+    the prior is a smooth random shape of 0.4 to 1 of the base (loose or thin parts are not built), of stiffness 0.5 to
     0.85 and mostly the base's muscles. Its numbers are of order 0.5, so that 100 steps of Adam at a rate of 0.01, each
     of which moves a number by 0.01, can fill or empty nearly every place.
 

@@ -1,4 +1,4 @@
-"""What the points of a cloud stand for: the cells of their lattice or, of scattered ones, what lies between."""
+"""The matter of a cloud's points: the cells of their lattice or, of scattered points, the space between them."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -119,7 +119,7 @@ def _taken(sites: Mask, steps: tuple[tuple[int, int, int], ...]) -> float:
 
 @dataclass(frozen=True)
 class Scattered:
-    """Points without a lattice: solid is what lies between them and hardly beyond the outermost.
+    """Points without a lattice: the solid lies between them and hardly beyond the outermost.
 
     Balls around the points that leave no hole, whose union is then worn off to near the points (a morphological
     closing, Serra 1982).
@@ -174,7 +174,7 @@ Matter = Lattice | Scattered
 
 
 def matter_of(points: Array) -> tuple[Matter, Indices]:
-    """What points `[n, 3]` stand for, and the number of each point's clump `[n]`."""
+    """The matter that points `[n, 3]` represent, and the number of each point's clump `[n]`."""
     labels, spacing, gap = _clumps(points)
     lattice = Lattice.of(points, gap)
     return (Scattered(points, spacing), labels) if lattice is None else (lattice, lattice.clumps())

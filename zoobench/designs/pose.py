@@ -28,7 +28,7 @@ def directions(ahead: Direction, up: Direction, size: Array, symmetry: Callable[
     """The directions ahead and up, those that are `auto` chosen.
 
     Bodies look the same from left and right. With `up=auto`, the axis along which the body is most symmetric goes from
-    side to side, the longer of the others ahead, and the last up. Of axes that are alike, z is up if possible, then y,
+    side to side, the longer of the others ahead, and the last up. Of equal axes, z is up if possible, then y,
     and x ahead. With `ahead=auto` alone, the longest axis other than `up` is ahead. Chosen directions are positive: a
     body that faces the other way needs `ahead=-x`.
 
@@ -37,11 +37,11 @@ def directions(ahead: Direction, up: Direction, size: Array, symmetry: Callable[
         symmetry: the share of the body that is its own mirror image along an axis of the file, in [0, 1].
     """
     axes = "xyz"
-    given = {"ahead": ahead[-1] if ahead != "auto" else "", "up": up[-1] if up != "auto" else ""}
+    letters = {"ahead": ahead[-1] if ahead != "auto" else "", "up": up[-1] if up != "auto" else ""}
     mirrored = [symmetry(axis) if up == "auto" else 0.0 for axis in range(3)]
     found: list[tuple[tuple[float, float, int], str, str]] = []
     for first, second, third in permutations(range(3)):
-        if (given["ahead"] or axes[first], given["up"] or axes[second]) != (axes[first], axes[second]):
+        if (letters["ahead"] or axes[first], letters["up"] or axes[second]) != (axes[first], axes[second]):
             continue
         rank = (
             _steps(max(mirrored) - mirrored[third]),
@@ -76,7 +76,7 @@ def pose_note(ahead: str, up: str, chosen: tuple[str, str], why: str) -> tuple[s
         return ()
     reason = "" if up in ("auto", chosen[1]) else f", {why}"
     return (
-        f"Of the file's directions, {chosen[0]} was taken as ahead and {chosen[1]} as up{reason}. "
+        f"In the file, {chosen[0]} was taken as ahead and {chosen[1]} as up{reason}. "
         "If that is wrong, give both, as in ahead=x,up=z.",
     )
 

@@ -192,7 +192,7 @@ def _nearest_inside(animal: Animal, points: Array) -> tuple[Array, Array]:
     has_muscle = animal.membership(samples).sum(axis=1) > 0.5
 
     def nearest(places: Array) -> Array:
-        # rounded in units of the length, so that ties are broken alike on both sides and at every length
+        # rounded in units of the length, so that ties are broken in the same way on both sides and at every length
         near, far = (np.round(some / animal.length, 9) for some in (folded, places))
         found: Array = places[KDTree(far).query(near)[1]]
         return found

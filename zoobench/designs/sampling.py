@@ -1,4 +1,4 @@
-"""Sampling of solids: the same solid at every resolution, in particles for what is solid in cubes of a lattice."""
+"""Sampling of solids: the same solid at every resolution, in particles for the solid part of each cube of a lattice."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -32,14 +32,14 @@ class SolidSample:
     """A solid in particles, and the points by which it was measured.
 
     Attributes:
-        positions: `[particle_count, 3]` centres of what is solid in the particles' cubes [m].
+        positions: `[particle_count, 3]` centres of the solid parts of the particles' cubes [m].
         volumes: `[particle_count]` of the same [m^3].
         sites: `[particle_count, 3]` centres of the cubes [m].
         edge: of the cubes [m].
         points: `[point_count, 3]` in the solid [m], those of a particle in a row.
         weights: `[point_count]` the share of a cube that each stands for [-].
         first: `[particle_count]` the index of each particle's first point.
-        notes: what the resolution cannot hold, as sentences.
+        notes: the parts that the resolution cannot represent, as sentences.
     """
 
     positions: Array
@@ -69,7 +69,7 @@ class SolidSample:
         return np.asarray(self.mean(mask.astype(float)) > 0.5 + 1e-9)
 
     def ends(self, distance: float) -> dict[str, Mask]:
-        """`head` and `tail` `[particle_count]`: what is mostly farther ahead of x = 0, or behind it, than this [m]."""
+        """`head` and `tail` `[particle_count]`: particles mostly farther ahead of x = 0, or behind, than this [m]."""
         along = self.points[:, 0]
         return {"head": self.mostly(along > distance), "tail": self.mostly(along < -distance)}
 
@@ -130,7 +130,7 @@ class Shape:
         """The particles of a resolution.
 
         Each stands for a cube of a lattice that starts at the lower y and is centred in x and z, so that a symmetric
-        solid stays symmetric, and has the volume and the centre of what is solid there. So mass, muscles, length and
+        solid stays symmetric, and has the volume and the centre of its solid part. So mass, muscles, length and
         clearance are those of the solid at every resolution. Slivers join the next cube.
 
         Raises:
@@ -223,7 +223,7 @@ def _without_slivers(
 
 
 def _notes(sites: Array, fill: Array, fidelity: Fidelity) -> tuple[str, ...]:
-    """What a resolution cannot hold of a body with these sites `[n, 3]` [m] and shares of cubes `[n]`, as sentences."""
+    """A note on thin parts of a body with these sites `[n, 3]` [m] and shares of cubes `[n]`; empty without them."""
     from scipy.spatial import KDTree
 
     whole, edge = fill > _WHOLE, fidelity.particle_edge

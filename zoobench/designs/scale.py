@@ -42,14 +42,14 @@ def checked_size(name: str, size: Array) -> None:
 
 
 def scale_note(size: Array, scale: float, length: float, unit: Unit, assumed: str) -> str:
-    """The size in the file and what was made of it, as a sentence.
+    """The size in the file and how it was scaled, as a sentence.
 
     Args:
         size: length, height and width in the file `[3]`.
         scale: metres per unit of the file.
         length: as it was given [m].
         unit: as it was given.
-        assumed: what was assumed if neither was given.
+        assumed: the assumption if neither was given.
     """
     found = " x ".join(f"{edge:.4g}" for edge in size)
     body = f"The body is {found} in its file (length, height, width)"

@@ -101,8 +101,8 @@ def fin(plane: Plane, outline: Sequence[tuple[float, float]], thickness: float) 
     corners = np.array(outline)
 
     def distance(points: Array) -> Array:
-        place = plane.project(points)
-        return np.maximum(_polygon(corners, place[:, :2]), np.abs(place[:, 2]) - thickness / 2)
+        local = plane.project(points)
+        return np.maximum(_polygon(corners, local[:, :2]), np.abs(local[:, 2]) - thickness / 2)
 
     return distance
 

@@ -10,7 +10,7 @@ Indices = NDArray[np.int64]
 
 _CORNERS = 16  # of a shell that are examined to tell whether it lies within another
 CRUMB = 0.01
-"""Share of a body below which what does not touch it is left out, as a scanner's noise."""
+"""Share of a body below which pieces that do not touch it are left out, as a scanner's noise."""
 
 
 def edges_of(faces: Indices) -> tuple[Indices, Array]:

@@ -1,4 +1,4 @@
-"""The solid body of a form: what is scored, shown, exported and kept."""
+"""The solid body of a form, which is scored, shown, exported and kept."""
 
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -18,7 +18,7 @@ _END = 0.1  # of the length: head and tail of a form that has lost those of its 
 
 
 def buildable(space: DesignSpace, parameters: "Tensor", workspace: Body) -> tuple[Form, Feasibility]:
-    """What can be built of the form for `parameters` `[1, parameter_count]`, and its feasibility."""
+    """The part of the form for `parameters` `[1, parameter_count]` that can be built, and its feasibility."""
     form, (feasibility,) = feasible(space.form(parameters, workspace), workspace, space.connected)
     return form, feasibility
 

@@ -1,4 +1,4 @@
-"""Bodies that are thin for a grid: how thick how much of them is, what they stand on, and ends that are lost."""
+"""Bodies that are thin for a grid: the distribution of their thickness, their soles, and ends that are lost."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -22,8 +22,8 @@ THICK = 1.5
 """Thickness that most of a body needs [particles]: with it, a body has two layers wherever its middle lies."""
 
 _MOST = 0.5  # share of the volume that has to be that thick
-_SOLE = 2.0  # [cells] of the level, which what a body stands on needs in every direction: docs/accuracy.md
-_STANDS = 0.5  # share of what it stands on that has to be so wide
+_SOLE = 2.0  # [cells] of the level, which a body's soles need in every direction: docs/accuracy.md
+_STANDS = 0.5  # share of the soles that has to be so wide
 _PIXELS = 16  # in a cell, by which that is measured,
 _MOST_PIXELS = 400  # and along the longest edge, for a large body
 _LOST = 0.10  # share of a body's extent whose loss is the loss of an end
@@ -35,7 +35,7 @@ _SPANS = range(1, 65)  # [voxels] edges of the cubes that are tried
 
 
 def whole_sample(name: str, shape: Shape, fidelity: Fidelity) -> SolidSample:
-    """The sample of a solid from a file, with notes on what the resolution does not hold of its ends and its soles.
+    """The sample of a solid from a file, with notes on ends and soles that the resolution does not represent.
 
     Args:
         name: of the body in messages.
@@ -57,13 +57,13 @@ def whole_sample(name: str, shape: Shape, fidelity: Fidelity) -> SolidSample:
         notes = (*notes, f"The body is smaller than in its file {grid}: it lacks {words}.")
     if (narrow := narrow_share(shape, fidelity)) > _STANDS:
         width = f"{_SOLE:g} cells of {1e3 * fidelity.grid_spacing:.3g} mm"
-        words = f"{100 * narrow:.0f} % of what the body stands on is narrower than {width}"
+        words = f"{100 * narrow:.0f} % of the body's contact area is narrower than {width}"
         notes = (*notes, f"{words}: on land its scores will differ on a finer grid.")
     return replace(sample, notes=notes)
 
 
 def narrow_share(shape: Shape, fidelity: Fidelity) -> float:
-    """The share of what a solid stands on, its section amid the ground's skin, in which no disc of two cells fits [-].
+    """The share of a solid's soles, its section amid the ground's skin, in which no disc of two cells fits [-].
 
     By a lattice of its own, so that it does not depend on where the particles lie.
     """
@@ -136,7 +136,7 @@ class Thickness:
 
     @classmethod
     def of(cls, points: Array, spacing: float) -> "Thickness":
-        """Of the lattice points `[n, 3]` [m] in a body, by openings with cubes (Matheron 1975: a granulometry).
+        """Thickness of a body with these lattice points `[n, 3]` [m], by cubes that fit (granulometry, Matheron 1975).
 
         A body so thin that there are none has no thickness.
         """
@@ -199,7 +199,7 @@ def coarsest(holds: Callable[[Fidelity], bool]) -> str:
 
 
 def losses(sample: SolidSample, shape: Shape) -> tuple[str, bool]:
-    """What a sample lacks of the box around a shape, in words, and whether it is a whole end; empty if nothing.
+    """The gaps of a sample at the sides of a shape's box, in words, and whether a whole end is lost; empty without any.
 
     Less than a particle is not counted.
     """

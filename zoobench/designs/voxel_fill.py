@@ -1,4 +1,4 @@
-"""Filling of surfaces that cannot be closed: what lies within, told from outside on a lattice of voxels."""
+"""Filling of surfaces that cannot be closed: inside and outside are told apart on a lattice of voxels."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ _BESIDE = 2.0  # [voxels] from the surface, where its sides are
 
 
 def filled(vertices: Array, faces: NDArray[np.int64], name: str) -> tuple[Mesh, str]:
-    """A closed surface around what the triangles enclose up to small gaps, and a word about it.
+    """A closed surface around the volume that the triangles enclose up to small gaps, and a note about it.
 
     Outside is what can be reached from afar at some distance from the surface, and what lies on the same side of it.
     The surface is where the distance is zero, between the voxels (Lorensen and Cline 1987: marching cubes).

@@ -28,7 +28,7 @@ class VoxelSpace(BasedSpace):
     As `particle`, but all particles in a voxel have the same values. Voxels are cubes on a grid centred on the
     workspace; those without particles have no parameters, so that the number of parameters depends on the fidelity if
     voxels are smaller than its particles. The prior is that of `particle`, with the mean of the base's muscles in each
-    voxel, and so is what 100 steps of 0.01 can change: nearly every place.
+    voxel. As there, 100 steps of 0.01 can change nearly every place.
 
     * `base`: the fixed design whose particles are the workspace.
     * `edge`: of a voxel [m].

@@ -22,8 +22,8 @@ def gaussian(count: int, width: float) -> "Tensor":
     """
     import torch
 
-    place = torch.arange(count, dtype=torch.float64)
-    return torch.exp(-torch.clamp((place[:, None] - place) ** 2 / (2.0 * width**2), max=_LARGEST_EXPONENT))
+    index = torch.arange(count, dtype=torch.float64)
+    return torch.exp(-torch.clamp((index[:, None] - index) ** 2 / (2.0 * width**2), max=_LARGEST_EXPONENT))
 
 
 def convolve(fields: "Tensor", kernels: Sequence["Tensor"]) -> "Tensor":

@@ -43,7 +43,7 @@ FREE_ROOM = 0.1
 _FREE_CELLS = 5
 
 _FREE_SHARE = 0.4
-"""Of a long robot's reach, which its muscles stretch."""
+"""Share of a long robot's reach, which its muscles stretch."""
 
 BED_THICKNESS = 1 / 32
 """[m] Of a solid bed: two cells of `draft` and a whole number at every fidelity. Where a bed ends in half a cell, its
@@ -149,9 +149,9 @@ class Environment:
             if not self.profile.is_level:
                 terrain = _on_grid(terrain, start, h)
                 size[1] += float(terrain.heights.max())
-        place = start + fidelity.displacement
-        floor = self._floor(body, _rise(terrain, body.positions + place))
-        positions = body.positions + place + np.array([0.0, floor, 0.0])
+        shift = start + fidelity.displacement
+        floor = self._floor(body, _rise(terrain, body.positions + shift))
+        positions = body.positions + shift + np.array([0.0, floor, 0.0])
         if (positions < 0).any() or (positions > size).any():
             extent = tuple(float(length) for length in np.round(np.ptp(body.positions, axis=0), 3))
             raise SceneError(
@@ -160,7 +160,7 @@ class Environment:
             )
         placed = ElasticBody.placed(self.robot, body, positions, body.edge)
         robot = replace(placed, site_offsets=body.sites - body.positions)
-        sites = body.sites + place + np.array([0.0, floor, 0.0])
+        sites = body.sites + shift + np.array([0.0, floor, 0.0])
         scene = Scene(
             robot=robot,
             lower=(0.0, 0.0, 0.0),
@@ -187,7 +187,7 @@ class Environment:
         """Size of an arena that follows the robot, with room for it to turn, and the robot's start in the middle [m].
 
         It is an even number of cells wide, so that matter left behind fits in before the robot, and so that the robot
-        stands alike on the grid whatever the size.
+        has the same place relative to the grid whatever the size.
         """
         h, reach = fidelity.grid_spacing, float(np.hypot(*np.ptp(body.positions, axis=0)[[0, 2]]))
         needed = reach + 2.0 * max(FREE_ROOM, _FREE_SHARE * reach, _FREE_CELLS * h)
@@ -199,7 +199,7 @@ class Environment:
     def standing_size(self, seconds: float, grid_spacing: float) -> tuple[Array, Array]:
         """Size of an arena that does not follow the robot, and the robot's start in it [m].
 
-        It is longer by whole cells, so that episodes of every length begin alike on the grid.
+        It is longer by whole cells, so that episodes of every length begin at the same place of the grid.
 
         A bed is longer by the way of an episode ahead, and firm ground, which costs nothing, on every side, and by the
         way down a slope. A tank of water is as large as it is given: waves of a longer one would take longer to rest.
@@ -244,7 +244,7 @@ class Environment:
         bed = self.bed.fill(size, -self.gravity[1], fidelity, terrain)
         if self.stance is Stance.STANDING:
             return bed
-        # with a shared place, guests have what the robot leaves of it
+        # with a shared place, guests have the rest that the robot leaves of it
         taken = robot.volumes if shared else robot.occupancy * robot.volumes
         bed = without_overlap(bed, sites, taken, fidelity)
         if not shared:

@@ -15,7 +15,7 @@ from zoobench.sim.model.laws.water import SMALLEST_RATIO, WaterMaterial
 from zoobench.sim.model.scene import MediumBed
 from zoobench.sim.model.terrain import Terrain
 
-_LEAST_ROOM = 0.02  # of a bed particle's volume: what has less is left out
+_LEAST_ROOM = 0.02  # of a bed particle's volume: particles with less are left out
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Bed:
     transfer: Transfer | None = None
 
     def check(self, gravity: float) -> None:
-        """Refuse water that downward `gravity` [m/s^2] compresses beyond what its law is made for.
+        """Refuse water that downward `gravity` [m/s^2] compresses beyond the validity of its law.
 
         Raises:
             UsageError: it is.

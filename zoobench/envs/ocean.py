@@ -11,7 +11,7 @@ from zoobench.errors import UsageError
 from zoobench.registry import Kind, register
 
 START = 0.4
-"""Of the robot, relative to the length."""
+"""Start of the robot, relative to the length."""
 
 _ROUGH = 0.5
 """Friction of a floor that is not level [-]. To the grid it is a staircase, down which water would stream for ever: at

@@ -46,8 +46,8 @@ class Physics:
             )
         if self.muscle_strength == 0.0:
             raise UsageError(
-                "A muscle_strength of 0 Pa moves nothing. Give a positive strength; what a robot at rest "
-                "scores is the reading idle_score of every run."
+                "A muscle_strength of 0 Pa moves nothing. Give a positive strength; the score of a robot "
+                "at rest is the reading idle_score of every run."
             )
 
     @property
@@ -117,7 +117,7 @@ class Water:
     """Constants of the water.
 
     * `medium_density`: at no pressure [kg/m^3].
-    * `viscosity`: eta [Pa s], beside that of the grid, which is larger by far; real water has 1e-3.
+    * `viscosity`: eta [Pa s], in addition to that of the grid, which is far larger; real water has 1e-3.
     * `tait_exponent`: gamma of the pressure K / gamma (J^-gamma - 1) [-].
     """
 

@@ -52,11 +52,11 @@ class Beginnings:
 
     Args:
         problem: whose episodes they are.
-        drawn: what is drawn; the rest is as in the benchmark.
+        drawn: the random parts; the rest is as in the benchmark.
         physics: parameters of the environment that are drawn, see `zoobench.gym.drawn_physics.Values`.
 
     Attributes:
-        physics: what is drawn of the environment.
+        physics: the random parameters of the environment.
 
     Raises:
         UnknownNameError: the environment does not have a parameter that is to be drawn.
@@ -99,4 +99,4 @@ class Beginnings:
             if not (fault := target_fault(replace(spec, task=ref))):
                 task: Task = registry.create(Kind.TASK, ref)
                 return task
-        raise UsageError(f"Of {_TRIES} random paths none has room. {fault}")
+        raise UsageError(f"None of {_TRIES} random paths fits into the arena. {fault}")

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float32]
 
 LARGEST = 100.0
-"""Bound of an observation [body lengths] or [20 body lengths/s]: far beyond what a robot does without blowing up."""
+"""Bound of an observation [body lengths] or [20 body lengths/s]: far beyond the motion of intact robots."""
 
 _BASIS = SineBasis()
 
@@ -40,7 +40,7 @@ class Channels:
     Args:
         muscle_count: of the robot.
         layout: of the observations.
-        action: what an action is.
+        action: the kind of action.
 
     Raises:
         UsageError: there are no such actions.

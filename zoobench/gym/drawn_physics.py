@@ -18,7 +18,7 @@ Values = str | Sequence[float]
 
 @dataclass(frozen=True)
 class DrawnPhysics:
-    """What is drawn, by the name of the parameter: a range `(low, high)` or a list of values.
+    """Distributions of parameters by their names: a range `(low, high)` or a list of values.
 
     A range of a whole parameter has its ends in it. Each parameter is drawn by itself, so that the order in which they
     are given changes nothing.
@@ -28,7 +28,7 @@ class DrawnPhysics:
 
     @classmethod
     def of(cls, env: Ref, physics: Mapping[str, Values]) -> Self:
-        """What a user asks to draw of an environment.
+        """The distributions that a user gives for an environment.
 
         Raises:
             UnknownNameError: the environment has no such parameter.
@@ -65,7 +65,7 @@ def _with(env: Ref, values: Mapping[str, Scalar]) -> Ref:
 
 
 def _values(env: Ref, name: str, given: Values) -> tuple[Scalar, Scalar] | list[Scalar]:
-    """What is drawn for a parameter, in its type."""
+    """The range or the values of a parameter, in its type."""
     component = registry.get(Kind.ENV, env.name, env.version)
     if name not in component.parameters:
         raise UnknownNameError(f"parameter of {env.name!r}:", name, component.parameters)

@@ -29,11 +29,11 @@ class ZooEnv(gymnasium.Env[Floats, Floats]):
         action: `waves` or `muscles`.
         fidelity: of the simulation.
         frames: length of an episode. `gymnasium.make` needs `max_episode_steps` as well for a longer one than usual.
-        draw: what is drawn for each episode, of `pose`, `phase` and `path`; see `zoobench.gym.beginnings.Beginnings`.
+        draw: the random parts of each episode, of `pose`, `phase` and `path`; see `zoobench.gym.beginnings.Beginnings`.
         physics: parameters of the environment that are drawn for each episode, in place of those of `env`: a range, or
             values to choose from as the command line takes them, as in
             `{"friction": (0.2, 0.8), "youngs_modulus": "5e3|1e4"}`. The scene then comes to rest anew, and `reset`
-            tells what was drawn as `physics` in info.
+            gives the values as `physics` in info.
         render_mode: `rgb_array` for pictures, which need the extra `render`; `human` for a page in the browser, which
             shows every step, in real time while somebody looks, and needs the extra `watch`.
         width, height, camera: of the pictures of `rgb_array`, see `zoobench.render.viewpoint.View`.
@@ -79,7 +79,7 @@ class ZooEnv(gymnasium.Env[Floats, Floats]):
         """Begin an episode; returns the first observation.
 
         Raises:
-            UsageError: there are options, or the cell cannot be simulated with what was drawn.
+            UsageError: there are options, or the cell cannot be simulated with the drawn values.
         """
         super().reset(seed=seed)
         refuse_options(options)

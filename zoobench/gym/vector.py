@@ -34,7 +34,7 @@ class ZooVectorEnv(VectorEnv[Floats, Floats, Numbers]):
         env, design, task, action, fidelity, frames, draw, render_mode, width, height, camera: as in `ZooEnv`.
         physics: none, as the worlds of one solver share their physics.
         num_envs: number of worlds.
-        max_episode_steps: what `gymnasium.make_vec` gives; episodes of more frames are refused.
+        max_episode_steps: from `gymnasium.make_vec`; episodes of more frames are refused.
 
     Attributes:
         observation_parts, action_parts: name, place, shape and unit of every part of an observation and of an action,

@@ -1,4 +1,4 @@
-"""The worlds behind an environment, simulated from the first episode on: what one world and many have in common."""
+"""The worlds behind an environment, simulated from the first episode on: the common part of one world and many."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from zoobench.render.viewer import Viewer
 
 METADATA: dict[str, Any] = {"render_modes": ["human", "rgb_array"], "render_fps": round(1.0 / FRAME_SECONDS)}
-"""Of every environment."""
+"""Metadata of every environment."""
 
 
 class Worlds:
@@ -121,7 +121,7 @@ class Worlds:
         return seen
 
     def step(self, actions: Floats) -> tuple[Floats, Step]:
-        """Simulate a control frame in every world; inputs of the policy `[worlds, count]` and what followed.
+        """Simulate a control frame in every world; inputs of the policy `[worlds, count]` and the step's result.
 
         Raises:
             UsageError: actions of another shape or not finite, or an episode is over.
@@ -176,11 +176,11 @@ class Worlds:
         self._viewer.begin(self._problem, Present.of(self.session), self._task(0))
 
     def _task(self, world: int) -> Task:
-        """Of the episode of a world."""
+        """The task of a world's episode."""
         return self._begun[world].task or self._problem.task
 
     def _times(self) -> Array:
-        """Of the waves `[worlds]` [s]."""
+        """Times of the waves `[worlds]` [s]."""
         return self.session.times + self._wave_starts
 
     def _inputs(self, observations: Array) -> Floats:
@@ -206,13 +206,13 @@ def refuse_options(options: object) -> None:
     """
     if options:
         raise UsageError(
-            f"reset takes no options, and {options!r} was given. What is drawn for an episode is chosen when the "
-            "environment is made: draw=('pose', 'phase', 'path') and physics={'friction': (0.2, 0.8)}."
+            f"reset takes no options, and {options!r} was given. The random parts of an episode are chosen when "
+            "the environment is made: draw=('pose', 'phase', 'path') and physics={'friction': (0.2, 0.8)}."
         )
 
 
 def outcome(step: Step, world: int) -> dict[str, Any]:
-    """What `info` tells of a world whose episode is over: its score and metrics, or the reason of its failure."""
+    """The entries of `info` for a world whose episode is over: score and metrics, or the reason of its failure."""
     if failure := step.failures.get(world):
         return {"failure": str(failure)}
     if evaluation := step.evaluations.get(world):

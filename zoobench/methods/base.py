@@ -57,7 +57,7 @@ class Solution:
 
 
 class Work(NamedTuple):
-    """What an iteration of a method simulates, by its settings alone: for estimates of time.
+    """The frames that an iteration of a method simulates, by its settings alone: for estimates of time.
 
     Attributes:
         frames: control frames without a gradient.
@@ -174,7 +174,7 @@ def report(
 
     Args:
         readings: further values of the method.
-        share: the completed part of what the method's settings ask for, in [0, 1]; 0 if they set no end.
+        share: the completed part of the work that the method's settings ask for, in [0, 1]; 0 if they set no end.
     """
     meter = problem.meter
     spent = {

@@ -25,7 +25,7 @@ EPISODES = 2
 """The budget of a submission: the agent's own episode, and the trajectory played again."""
 
 _LARGEST = 1.0 - 1e-9
-"""Of an activity that the controller `trajectory` can have, a hyperbolic tangent."""
+"""Largest activity that the controller `trajectory` can have, a hyperbolic tangent."""
 
 
 @register(Kind.METHOD, "external", tags=("external", "given-body"), added=("weights",))
@@ -35,7 +35,7 @@ class External:
 
     The agent acts for an episode, as in the environment of Gymnasium with the same name. The muscles' activity is the
     solution, parameters of the controller `trajectory`. It is played again without the agent, and that is the score;
-    `score_acting` is that of the agent's own episode. What training has cost is not known.
+    `score_acting` is that of the agent's own episode. The cost of its training is not known.
 
     * `policy`: a Python file with the agent.
     * `function`: in it, from the observation of a control frame to the action.
@@ -82,7 +82,7 @@ class External:
         spec = spec_from_file_location(f"zoobench_agent_{path.stem}", path)
         if spec is None or spec.loader is None:
             raise UsageError(f"{str(path)!r} is no Python file. Give one that ends in .py.")
-        sys.path.insert(0, str(path.parent))  # of what it imports beside it
+        sys.path.insert(0, str(path.parent))  # for modules that it imports from its folder
         module = module_from_spec(spec)
         spec.loader.exec_module(module)
         policy = getattr(module, self.function, None)

@@ -11,21 +11,21 @@ from zoobench.cell.problem import Problem
 from zoobench.methods.base import Incumbent, RunContext, Solution, pack, report, unpack
 
 Told = Sequence[Any]
-"""What an optimiser is told of a generation, as plain data that a checkpoint stores bit for bit."""
+"""The result of a generation for the optimiser, as plain data that a checkpoint stores bit for bit."""
 
 
 class AskAndTell(Protocol):
     """An optimiser with an ask-and-tell interface.
 
-    Its state must follow from the run's generator and what it is told alone. A checkpoint stores these, and a run is
-    resumed bit for bit by replaying them without any simulation.
+    Its state must follow from the run's generator and the results it is told alone. A checkpoint stores these, and a
+    run is resumed bit for bit by replaying them without any simulation.
     """
 
     def ask(self) -> list[Array]:
         """The next generation, `[parameter_count]` each."""
 
     def digest(self, evaluations: Sequence[Evaluation]) -> Told:
-        """What to tell of the episodes of the last generation asked for; some or all may have failed."""
+        """The result of the last generation asked for, from its episodes; some or all may have failed."""
 
     def tell(self, told: Told) -> None:
         """Update by the digest of the last generation asked for."""

@@ -23,7 +23,8 @@ from zoobench.registry import Kind, register
 
 _THRESHOLD_STEP = 1.1
 _HIGHEST_THRESHOLD = 1.2
-"""Of compatibility. Networks of a first generation are 0.8 to 1.3 apart, of later ones 0.4 to 1 (25 populations)."""
+"""Factor and upper bound of the compatibility threshold. Networks of a first generation are 0.8 to 1.3 apart,
+of later ones 0.4 to 1 (25 populations)."""
 
 _ALL_FAILED = -1e6
 """Fitness if a whole generation failed: below all scores, and finite, since neat-python takes means."""

@@ -1,4 +1,4 @@
-"""Parts of a picture: ground, medium, robot and paths. Each is put on a canvas once; what moves returns an update."""
+"""Parts of a picture: ground, medium, robot and paths. Each is put on a canvas once; moving ones return an update."""
 
 from collections.abc import Callable
 from typing import Any
@@ -27,7 +27,7 @@ BALL = 1.45
 """A ball's diameter by the particles' spacing: no gaps between neighbours on a surface."""
 
 EDGES = "#555555"
-"""Of a box or a cut of water."""
+"""Colour of the edges of a box or a cut of water."""
 
 _MESH = 80  # points across a drawn height field
 _SHADOW = 0.65  # of the ground's colour

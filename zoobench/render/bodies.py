@@ -48,7 +48,7 @@ def card(design: Ref) -> dict[str, Any]:
 
     `size` is length, height and width [m], `mass` [kg] at `DENSITY`, `muscles` the share of the mass in each muscle
     [-], `passive` the share in none, `stiffness` and `density` the smallest and largest multiplier [-], `particles`
-    the count at every named fidelity, None where that is too coarse, `notes` what was made of a file, at `MEASURED`.
+    the count at every named fidelity, None where that is too coarse, `notes` how a file was interpreted, at `MEASURED`.
 
     Raises:
         UsageError: the design cannot be made.

@@ -95,7 +95,7 @@ class Canvas:
         return actor
 
     def legend(self, entries: Sequence[tuple[str, str | Colour]], x: float, y: float) -> None:
-        """Names, one below the other from a share of the view on, each beside a dot of its colour."""
+        """Names, one below the other from a share of the view on, each next to a dot of its colour."""
         width, height = self.view_size
         for number, (name, colour) in enumerate(entries):
             level = y - 1.9 * number * self.font_size / height

@@ -13,7 +13,7 @@ Colour = tuple[float, float, float]
 """Red, green and blue in [0, 1]."""
 
 PASSIVE: Colour = (0.66, 0.66, 0.66)
-"""Of matter without muscle."""
+"""Colour of matter without muscle."""
 
 NO_MUSCLE: tuple[str, str | Colour] = ("no muscle", PASSIVE)
 """Its entry in a legend."""
@@ -24,7 +24,7 @@ _LOW_FRICTION = 0.2  # bare ground with less is drawn as ice
 
 
 def medium_colour(scene: Scene) -> Colour:
-    """Of the medium of a scene that has one."""
+    """Colour of the medium of a scene that has one."""
     if scene.water is not None:
         return WaterMaterial.colour
     assert scene.medium is not None
@@ -32,7 +32,7 @@ def medium_colour(scene: Scene) -> Colour:
 
 
 def ground_colour(scene: Scene) -> Colour:
-    """Of the ground of a scene that has one."""
+    """Colour of the ground of a scene that has one."""
     assert scene.ground is not None
     return _SLIPPERY if scene.ground.friction < _LOW_FRICTION and scene.is_bare else _ROUGH
 
@@ -64,7 +64,7 @@ _EXTENDS, _RESTS, _CONTRACTS = (0.23, 0.30, 0.75), (0.865, 0.865, 0.865), (0.71,
 
 
 def activation_colour(activation: float) -> Colour:
-    """Of a muscle that contracts (1), rests (0) or extends (-1), as in films: red, grey, blue (Moreland 2009)."""
+    """Colour of a contracting (1), resting (0) or extending (-1) muscle in films: red, grey, blue (Moreland 2009)."""
     end, share = (_CONTRACTS if activation > 0.0 else _EXTENDS), min(abs(activation), 1.0)
     red, green, blue = (rest + share * (full - rest) for rest, full in zip(_RESTS, end, strict=True))
     return red, green, blue

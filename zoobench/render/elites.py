@@ -20,15 +20,15 @@ class Elites(Protocol):
 
     @property
     def measures(self) -> Array:
-        """In [0, 1] `[elite_count, measure_count]`."""
+        """Measures in [0, 1] `[elite_count, measure_count]`."""
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the measures."""
+        """Names of the measures."""
 
     @property
     def cells(self) -> int:
-        """Along each measure."""
+        """Number of cells along each measure."""
 
     def to_bytes(self) -> bytes:
         """All arrays, as a file of NumPy."""

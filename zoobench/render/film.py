@@ -24,7 +24,7 @@ class Film(Recording):
     `centre` and `target` are those of all boundaries `[frames + 1, 3]`.
 
     Attributes:
-        spec: what was simulated.
+        spec: of the run or cell that was simulated.
         evaluation: its score and values.
         kept: `[moments]` the boundaries of the moments, counted in control frames from the start.
         activity: `[moments, muscle_count]` of every muscle in the frame that ends then, in [-1, 1]; 0 at the start.
@@ -37,7 +37,7 @@ class Film(Recording):
 
     @property
     def activation(self) -> Array:
-        """Of every robot particle, by its share of each muscle `[moments, robot_count]`; positive contracts."""
+        """Activation of robot particles by their shares of muscles `[moments, robot_count]`; positive contracts."""
         return self.activity @ self.body.muscle_membership.T
 
 
@@ -81,7 +81,7 @@ def evenly(frames: int, count: int) -> list[int]:
 
 
 class _Reel:
-    """What is kept of an episode while it is simulated.
+    """The recorder of an episode while it is simulated.
 
     Args:
         kept: the moments, counted in control frames.

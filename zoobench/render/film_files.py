@@ -67,7 +67,7 @@ def write(
     * `mp4`, `gif`: moving pictures, one for every moment.
     * `png`: all moments on one sheet, row by row.
     * `npz`: the arrays of `Film` by name, its spec as JSON, names and labels of the body.
-    * `vtk`: an index (.pvd, which ParaView opens) of a file for every moment, in a folder of the same name beside it:
+    * `vtk`: an index (.pvd, which ParaView opens) of a file for every moment, in a folder of the same name next to it:
       all particles with `activation` and `is_robot`.
 
     Args:
@@ -149,7 +149,7 @@ def film_images(
 
 
 def _explain(canvas: Canvas, film: Film) -> None:
-    """What lines and colours mean; the longest below, as the ruler's numbers come down from the left."""
+    """Write the meaning of lines and colours; the longest below, as the ruler's numbers come down from the left."""
     notes = []
     if film.vorticity is not None:
         notes.append((f"water: white turns left and dark right, at {STRONG:g}/s or more", INK))
@@ -237,7 +237,7 @@ def _write_series(film: Film, path: Path, progress: Progress) -> None:
 
 @contextmanager
 def _unfinished(path: Path) -> Iterator[Path]:
-    """A temporary name beside `path`: the file is renamed when it is complete, and removed after an error."""
+    """A temporary name in the folder of `path`: the file is renamed when it is complete, and removed after an error."""
     unfinished = path.with_name(f".{path.stem}.part{path.suffix}")
     try:
         yield unfinished

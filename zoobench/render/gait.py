@@ -38,10 +38,10 @@ def period_of(activity: Array) -> int | None:
     """
     varied = activity - activity.mean(axis=0)
     lags = range(1, 2 * len(activity) // 3 + 1)
-    alike = [_correlation(varied[:-lag], varied[lag:]) for lag in lags]
+    found = [_correlation(varied[:-lag], varied[lag:]) for lag in lags]
     peaks = [
         (lag, here)
-        for lag, before, here, after in zip(lags[1:], alike, alike[1:], [*alike[2:], -1.0], strict=False)
+        for lag, before, here, after in zip(lags[1:], found, found[1:], [*found[2:], -1.0], strict=False)
         if here > before and here >= after and here >= _ALIKE
     ]
     highest = max((height for _, height in peaks), default=0.0)

@@ -68,5 +68,5 @@ class LivePicture:
         return self._canvas.image()
 
     def close(self) -> None:
-        """Free what the picture takes."""
+        """Free the picture's resources."""
         self._canvas.plotter.close()

@@ -14,7 +14,7 @@ _FACE = 0.22
 """Share of a body's length from its foremost point that is its face."""
 
 _TOWARDS = np.array([0.3, 0.8, 1.0])
-"""From the middle of the face to its right eye, by its length, height and width."""
+"""Direction from the middle of the face to its right eye, by its length, height and width."""
 
 _EYE, _PUPIL = 0.09, 0.055  # radius by the smaller of a body's height and width
 _LOOK = {"ambient": 0.55, "diffuse": 0.5, "smooth_shading": True}
@@ -39,7 +39,7 @@ def _put_eye(canvas: Canvas, mesh: Any, rest: Array, side: float) -> Callable[[]
     face = np.flatnonzero(rest[:, 0] >= rest[:, 0].max() - _FACE * np.ptp(rest[:, 0]))
     low, high = rest[face].min(axis=0), rest[face].max(axis=0)
     unit = (rest[face] - (low + high) / 2) / np.maximum(high - low, 1e-9)
-    place = face[(unit @ (_TOWARDS * (1.0, 1.0, side))).argmax()]
+    vertex = face[(unit @ (_TOWARDS * (1.0, 1.0, side))).argmax()]
     girth = float(np.ptp(rest, axis=0)[1:].min())
     balls = []
     for radius, out, colour in ((_EYE, 0.0, "white"), (_PUPIL, 0.7 * _EYE, "#1a1a1a")):
@@ -48,9 +48,9 @@ def _put_eye(canvas: Canvas, mesh: Any, rest: Array, side: float) -> Callable[[]
         balls.append((ball, ball.points.copy(), out * girth))
 
     def update() -> None:
-        outward = mesh.point_data["Normals"][place]
+        outward = mesh.point_data["Normals"][vertex]
         for ball, around, out in balls:
-            ball.points = around + mesh.points[place] + out * outward
+            ball.points = around + mesh.points[vertex] + out * outward
 
     return update
 

@@ -158,7 +158,7 @@ def _across(low: float, high: float) -> Array:
 
 
 def _still(_: LiveWorld) -> None:
-    """The update of what does not move."""
+    """The update of a node that does not move."""
 
 
 def _put_path(scene: "SceneApi", name: str, places: Array, colour: str) -> Any:

@@ -13,7 +13,7 @@ class Pace:
         self._due = time.monotonic()
 
     def wait(self, seconds: float) -> None:
-        """Wait until so much time [s] has passed since the last call, what came between included."""
+        """Wait until so much time [s] has passed since the last call, other work included."""
         now = time.monotonic()
         self._due = max(self._due + seconds, now - _LATE)
         time.sleep(max(self._due - now, 0.0))

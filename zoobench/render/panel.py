@@ -1,4 +1,4 @@
-"""What steers a robot on the page: a slider and two keys for every muscle, and buttons for the episode."""
+"""The controls of a robot on the page: a slider and two keys for every muscle, and buttons for the episode."""
 
 import threading
 from collections.abc import Callable, Sequence
@@ -22,7 +22,7 @@ class Panel:
     """The panel of a page.
 
     Args:
-        gui: of the page; what was in it goes.
+        gui: of the page; its contents are removed.
         muscles: their names.
         is_trained: whether there is a gait that can drive them.
     """
@@ -57,7 +57,7 @@ class Panel:
 
     @property
     def speed(self) -> float:
-        """Of the robot's time by that of its viewers."""
+        """The robot's time divided by that of its viewers."""
         return _within(_SLOWEST, float(self._speed.value), 1.0)
 
     @property
@@ -67,7 +67,7 @@ class Panel:
 
     @property
     def activity(self) -> Array:
-        """Of every muscle by its slider `[muscle_count]`."""
+        """Activity of every muscle by its slider `[muscle_count]`."""
         return np.array([_within(-1.0, float(slider.value), 1.0) for slider in self._sliders])
 
     def wants_again(self) -> bool:
@@ -77,7 +77,7 @@ class Panel:
         return asked
 
     def entitle(self, text: str) -> None:
-        """Say what is shown."""
+        """Show this text."""
         self._title.content = text
 
     def tell(self, text: str, activity: Array) -> None:
@@ -97,7 +97,7 @@ class Panel:
             slider.value = 0.0
 
     def _press(self, muscle: int, change: float) -> Callable[[], None]:
-        """What a key does: change the activity of a muscle."""
+        """The action of a key: change the activity of a muscle."""
         slider = self._sliders[muscle]
 
         def press() -> None:
@@ -112,7 +112,7 @@ def _label(muscle: int, name: str) -> str:
 
 
 def _within(low: float, value: float, high: float) -> float:
-    """A value within bounds, which what a page sends need not be; the lower one for what is no number."""
+    """A value within bounds, as the page may send any; the lower bound for one that is no number."""
     return min(max(low, value), high)
 
 

@@ -95,7 +95,7 @@ class LiveWorld:
 
     @property
     def region(self) -> Region:
-        """What is drawn: as of a film, but on bare ground with room for what the robot may do."""
+        """The region that is drawn: as of a film, but on bare ground with space for the robot to move."""
         region = region_of(self.recording)
         if not self.recording.scene.is_bare:
             return region

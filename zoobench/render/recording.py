@@ -71,7 +71,7 @@ class Snapshot(Recording):
     """A world at one moment.
 
     Attributes:
-        env, fidelity: names and parameters of what was simulated.
+        env, fidelity: names and parameters.
     """
 
     env: str
@@ -110,7 +110,7 @@ def target_path(task: Task, start: Array, frames: int) -> Array | None:
     Args:
         start: the robot's centre of mass at the start `[3]` [m].
     """
-    # a task of a plug-in may lack what the protocol has gained
+    # a task of a plug-in may lack new parts of the protocol
     route = next(iter(getattr(task, "routes", ())), None)
     clock = np.arange(frames + 1, dtype=np.float64) * FRAME_SECONDS
     return None if route is None else start + route.positions(clock)

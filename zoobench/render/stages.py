@@ -28,7 +28,7 @@ _VIEW = (24.0, 62.0)  # elevation and azimuth, see `camera_at` [degrees]
 
 
 class Stage(NamedTuple):
-    """A body, what it is, and what it scored."""
+    """A body with its caption and its score."""
 
     words: str
     score: str
@@ -44,11 +44,11 @@ class Milestone(Protocol):
 
     @property
     def score(self) -> float:
-        """Of the parameters."""
+        """The score of the parameters."""
 
     @property
     def params(self) -> Sequence[float]:
-        """Of controller and design."""
+        """Parameters of controller and design."""
 
 
 def stages_of(spec: RunSpec, milestones: Sequence[Milestone], text: Callable[[float], str]) -> list[Stage]:
@@ -68,7 +68,7 @@ def stages_of(spec: RunSpec, milestones: Sequence[Milestone], text: Callable[[fl
     *before, last = milestones
     if not before:
         raise UsageError(
-            "Of this run only the solution was kept: an earlier zoobench did it. Do it again with "
+            "This run has only its solution, since an earlier zoobench executed it. Repeat it with "
             f"`{repeat_command(spec)} --rerun {spec.method.name}`."
         )
     distinct = [*(each for each in before if tuple(each.params) != tuple(last.params)), last]

@@ -29,7 +29,7 @@ _LIBRARIES = ("viser", "skimage.measure")
 _ELEVATION, _AZIMUTH = 24.0, 60.0  # of the camera, see `camera_at` [degrees]
 _ANGLE = 0.6  # of the picture's height [rad]
 _ROOM = (0.36, 0.36)  # share of the picture's width and height for the robot
-_BRIGHTNESS = 0.7  # of what surrounds the scene, by that of viser, under which grey is white
+_BRIGHTNESS = 0.7  # of the background, by that of viser, under which grey is white
 _PICTURES = 30.0  # at most [1/s]
 _SETTLING = 0.15  # time constant with which the picture follows the robot [s]
 
@@ -42,7 +42,7 @@ class Viewer:
         port: 0 is any free one; None is the first free one from `PORT` on.
 
     Attributes:
-        server: what viser calls so; its `gui` is the page's panel.
+        server: of viser; its `gui` is the page's panel.
 
     Raises:
         UsageError: the extra `watch` is not installed, or the host or port cannot be used.
@@ -67,7 +67,7 @@ class Viewer:
 
     @property
     def address(self) -> str:
-        """What is typed into a browser."""
+        """The address to type into a browser."""
         host = socket.gethostname() if self._host in _EVERY else self._host
         return f"http://{f'[{host}]' if ':' in host else host}:{self.server.get_port()}"
 

@@ -22,7 +22,7 @@ _ANGLES: dict[CameraName, tuple[float, float]] = {
 _SMALLEST_SIDE, _LARGEST_SIDE = 16, 4096  # of a picture [pixels]
 _NEAR = 0.5  # [body lengths] around the robot that a camera sees which follows it
 _SMALLEST = (0.2, 0.15)  # length and width of the ground that is drawn where nothing bounds it [m]
-_MARGIN = 0.03  # [m] of ground around what moves
+_MARGIN = 0.03  # [m] of ground around the moving parts
 _HEADROOM = 0.01  # [m]
 _APRON = 0.02  # [m] of ground that is drawn around a bed
 _ROOM = (0.86, 0.84)  # share of the picture's width and height for the world; the rest is for text
@@ -132,7 +132,7 @@ class View:
 
 
 def camera_for(region: Region, aspect: float, name: CameraName = "film") -> Camera:
-    """A camera that holds the whole region, or what is near the robot at its start, see `View`.
+    """A camera that holds the whole region, or the part near the robot at its start, see `View`.
 
     Args:
         aspect: width of the picture by its height; a part at the top and on the right is left to text.
@@ -147,7 +147,7 @@ def camera_for(region: Region, aspect: float, name: CameraName = "film") -> Came
 
 
 def _near(region: Region) -> Region:
-    """What is near the robot at its start."""
+    """The part of a region that is near the robot at its start."""
     robot = region.recording.robot[0, region.recording.solid].astype(float)
     around = np.array([1.0, 0.0, 1.0]) * _NEAR * np.ptp(robot[:, 0])
     low, high = robot.min(axis=0) - around, robot.max(axis=0) + around

@@ -27,7 +27,7 @@ class Watched:
 
     Attributes:
         cell: see `zoobench.cell.free_cell`; its body is fixed.
-        words: what it is, for people.
+        words: its description, for people.
     """
 
     cell: RunSpec
@@ -59,7 +59,7 @@ def watch(viewer: Viewer, newest: Callable[[], Watched | None], tell: Callable[[
             if fresh is not None and (shown is None or fresh != shown.watched):
                 shown = _Shown(fresh)
                 panel = shown.panel(viewer, panel)
-            if not is_told:  # what cannot be watched has been said by now
+            if not is_told:  # a robot that cannot be watched has been reported by now
                 is_told = True
                 tell(f"Open {viewer.address} in a browser; Ctrl-C ends it.")
             if shown is None:
@@ -113,7 +113,7 @@ class _Shown:
             clock.wait(FRAME_SECONDS / panel.speed)
 
     def said(self, step: Step) -> Iterator[str]:
-        """What is to be said of a step: the score of an episode that it ends, or why it failed."""
+        """The messages about a step: the score of an episode that it ends, or why it failed."""
         for failure in step.failures.values():
             self._last = "failed"
             yield str(failure)
@@ -122,7 +122,7 @@ class _Shown:
             yield self._last
 
     def _activity(self, panel: Panel, seen: Array) -> Array:
-        """Of the muscles in the next frame, by hand or by the gait `[muscle_count]`."""
+        """Activity of the muscles in the next frame, by hand or by the gait `[muscle_count]`."""
         if self._drive is None or panel.is_by_hand:
             return panel.activity
         return self._drive(round(float(self._session.times[0]) / FRAME_SECONDS), seen[0])

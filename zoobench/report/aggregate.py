@@ -1,8 +1,8 @@
 """A table's methods over all its rows: interquartile means, performance profiles, probabilities of improvement.
 
-After Agarwal et al. 2021, Deep reinforcement learning at the edge of the statistical precipice, NeurIPS. What is
-resampled for an interval are the seeds within each row and method (a stratified bootstrap): rows are what the benchmark
-asks for, no sample of anything.
+After Agarwal et al. 2021, Deep reinforcement learning at the edge of the statistical precipice, NeurIPS. The seeds are
+resampled for an interval within each row and method (a stratified bootstrap); the rows are given by the benchmark and
+are no sample of anything.
 """
 
 from collections.abc import Callable, Sequence
@@ -65,11 +65,11 @@ class Aggregates:
     """The methods of a table over its rows.
 
     Attributes:
-        table: what they are of.
+        table: that they compare.
         rows: number of rows in which every method has a normalised score from every seed.
-        entries: the table's columns but agents from outside, who spent nobody knows what.
+        entries: the table's columns but agents from outside, whose cost is not known.
         means: interquartile means of normalised scores, by entry; empty without such a row.
-        profiles: likewise.
+        profiles: performance profiles by entry; empty without such a row.
         improvements: probabilities by entry and the other entry; without those that share no row.
     """
 

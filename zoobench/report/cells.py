@@ -1,4 +1,4 @@
-"""Cells of the benchmark with what became of their runs: all that tables of scores need to know."""
+"""Cells of the benchmark with the outcomes of their runs: all that tables of scores need."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -17,7 +17,7 @@ _FINALS = (SCORE, *REFERENCES, "forward_substeps", "backward_substeps", "episode
 
 
 class Outcome(NamedTuple):
-    """What became of a run.
+    """The outcome of a run.
 
     Attributes:
         run: its id, or 0.
@@ -25,7 +25,7 @@ class Outcome(NamedTuple):
         score: None if it has none that is finite.
         unit: of the score.
         floor: the better of its reference scores, None unless it has both.
-        spent: what it had simulated, in the unit of its budget if that counts episodes, else in substeps; None if it
+        spent: the amount simulated, in the unit of its budget if that counts episodes, else in substeps; None if it
             is not known.
         nonfinite: share of its gradients that were not finite although their episodes did not fail.
         lacks: why it has no score, if it is DONE.
@@ -100,7 +100,7 @@ def _outcome(
     unit: str,
     lacks: str = NO_SCORE,
 ) -> Outcome:
-    """What became of a run with these finals, in the order of `_FINALS`."""
+    """The outcome of a run with these finals, in the order of `_FINALS`."""
     score, idle, chance, forward, backward, episodes, lost, gap = finals
     floor = None if idle is None or chance is None else max(idle, chance)
     spent = _spent(spec, forward, backward, episodes)

@@ -1,4 +1,4 @@
-"""What the best solution of each method of a leaderboard does elsewhere: on a finer grid, and over more frames."""
+"""The results of each method's best solution on a leaderboard on a finer grid, and over more frames."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -38,7 +38,7 @@ def mark_overturned(tables: Iterable[Table], rows: Sequence[BoardRow]) -> list[T
 
 
 def with_lasting(tables: Iterable[Table], known: Mapping[int, Lasting]) -> list[Table]:
-    """The tables with what the best solution of each cell does over more frames, by the id of its run."""
+    """The tables with the result of each cell's best solution over more frames, by the id of its run."""
     return [
         replace(
             table,
@@ -73,7 +73,7 @@ def confirmation_listing(table: Table, rows: Sequence[BoardRow]) -> Listing:
 
 
 def kept_orders(table: Table, rows: Sequence[BoardRow]) -> tuple[int, int]:
-    """Of all pairs of solutions in one environment and task, how many keep their order, and how many there are.
+    """The number of pairs of solutions in one environment and task that keep their order, and the number of pairs.
 
     One that diverges comes last; two that do are no pair.
     """
@@ -91,7 +91,7 @@ def finer_fidelities(rows: Iterable[BoardRow]) -> list[str]:
 
 
 def _confirmed(row: Row, rows: Sequence[BoardRow]) -> dict[int, Confirmed]:
-    """By the place of the method: its best run, if that was evaluated on a finer grid."""
+    """The best run of each method by its column, if that was evaluated on a finer grid."""
     found = {}
     for place, cell in enumerate(row.cells):
         chosen = None if cell is None else cell.best

@@ -29,11 +29,11 @@ MOST_PANELS = 24
 _PANEL = (5.4, 3.9)  # [inches]
 _NARROWEST, _SHORTEST = 2.3, 2.0  # panel of a figure whose width is given [inches]
 _INCH = 25.4  # [mm]
-_TICK, _MARGIN = 0.75, 0.85  # room of an amount on its axis, and beside the axis of a panel [inches]
+_TICK, _MARGIN = 0.75, 0.85  # space for an amount on its axis, and at the side of a panel's axis [inches]
 _MOST_TICKS = 6
 _AXES = ("env", "task", "design", "controller", "fidelity")
 _SMALL, _SMALL_LETTER = 8, 0.065  # size of the letters of a narrow figure [points], and their width [inches]
-_NUMBERS, _FEWEST = 0.85, 8  # room for the numbers beside a panel [inches], and letters in a line at least
+_NUMBERS, _FEWEST = 0.85, 8  # space for the numbers at the side of a panel [inches], and letters in a line at least
 _LETTER, _KEY = 0.075, 7  # width of a letter of the legend [inches], and of a line's sample in letters
 _UNLIKE = 20.0  # ends so many times apart ask for a logarithmic axis
 AMOUNTS = {"substeps": "simulated substeps, forward and backward", "episodes": "episodes", "seconds": "wall time [s]"}
@@ -42,7 +42,7 @@ CAPTION = (
     "best so far; line: mean over seeds; band: lowest to highest seed; "
     "dotted: a robot at rest (idle) and the mean random controller"
 )
-"""What is seen."""
+"""The caption of the figure, which explains its lines and bands."""
 NO_NAMES: Mapping[str, str] = MappingProxyType({})
 
 
@@ -131,7 +131,7 @@ def draw(
 
 
 def _check_names(renamed: Iterable[str], groups: Sequence[Sequence[RunResult]], looks: Looks) -> None:
-    """Check that what is renamed is in the figure."""
+    """Check that every renamed name is in the figure."""
     there = [label for label, _, _ in looks.values()]
     there += [name for names in _names_of(groups).values() for name in names.values()]
     for name in renamed:

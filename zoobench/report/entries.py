@@ -16,14 +16,14 @@ UNKNOWN_COST = "¶"
 
 
 class Entry(NamedTuple):
-    """What stands in a column."""
+    """A column of a table: a method with its controller."""
 
     controller: Ref
     method: Ref
 
     @property
     def is_external(self) -> bool:
-        """Whether it was trained elsewhere, so that what it has cost is not known and it wins and loses nothing."""
+        """Whether it was trained elsewhere, so that its cost is not known and it wins and loses nothing."""
         return is_external(self.method)
 
     @property

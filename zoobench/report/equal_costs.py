@@ -67,5 +67,5 @@ def _led_early(lead: TableCell, row: Row, known: Mapping[int, Curve]) -> bool:
         return False
     early = [known[run].at(min(spent)) for run in lead.runs]
     scores = [score for score in early if score is not None]
-    place = clear_winner([t_interval(scores) if cell is lead else cell.interval for cell in own])
-    return len(scores) == len(early) and place is not None and own[place] is lead
+    winner = clear_winner([t_interval(scores) if cell is lead else cell.interval for cell in own])
+    return len(scores) == len(early) and winner is not None and own[winner] is lead

@@ -15,7 +15,7 @@ from zoobench.spec import FRAME_SECONDS, Ref, RunSpec
 
 
 class Rate(Protocol):
-    """What a simulated second costs, as it was measured; None where it was not."""
+    """The measured cost of a simulated second; None where it was not measured."""
 
     @property
     def substeps(self) -> float | None:
@@ -31,7 +31,7 @@ class Rate(Protocol):
 
 
 class Basis(StrEnum):
-    """What an estimate rests on."""
+    """The basis of an estimate."""
 
     STATED = "its budget"
     SAME_CELL = "runs of the same cell"
@@ -50,7 +50,7 @@ class Estimate(NamedTuple):
 class Estimator:
     """Estimates from finished runs, and where those say nothing from `rate` of an environment and a fidelity.
 
-    `past` are the finished runs in the places of what is to be estimated, `totals` gives the sums of all.
+    `past` are the finished runs in the places of the runs to be estimated, `totals` gives the sums of all.
     """
 
     past: Sequence[PastRun] = ()
@@ -68,10 +68,10 @@ class Estimator:
             return Estimate(spec.budget.amount, Basis.STATED)
         if same_cell := self._by_cell.get(replace(spec, seed=0)):
             return Estimate(median(run.seconds for run in same_cell), Basis.SAME_CELL)
-        alike = self._by_place.get(_place(spec), [])
-        if spec.budget.kind == "substeps" and alike:
-            same_method = [run for run in alike if run.spec.method.name == spec.method.name]
-            paces = [run.seconds / (run.forward + run.backward) for run in same_method or alike]
+        same_place = self._by_place.get(_place(spec), [])
+        if spec.budget.kind == "substeps" and same_place:
+            same_method = [run for run in same_place if run.spec.method.name == spec.method.name]
+            paces = [run.seconds / (run.forward + run.backward) for run in same_method or same_place]
             return Estimate(spec.budget.amount * median(paces), Basis.SAME_PLACE)
         seconds = self._by_rate(spec)
         return None if seconds is None else Estimate(seconds * self.pace, Basis.RATE)
@@ -138,7 +138,7 @@ def total_seconds(estimates: Sequence[float | None], jobs: int) -> float | None:
 
 
 def basis_text(estimator: Estimator, estimates: Iterable[Estimate | None], origin: str) -> str:
-    """What estimates rest on, in words: how many on what, and of measured rates where they come from.
+    """The bases of estimates, in words: how many have each, and where measured rates come from.
 
     Args:
         origin: of the measured rates.

@@ -13,7 +13,7 @@ from zoobench import registry
 from zoobench.db.many_rows import OriginRow
 from zoobench.registry import KINDS, Kind
 from zoobench.report.entries import UNKNOWN_COST
-from zoobench.report.lasting import WHAT
+from zoobench.report.lasting import LEGEND
 from zoobench.report.leaderboard import Attempt
 from zoobench.report.provisional import footnotes
 from zoobench.report.table_cell import TableCell
@@ -24,7 +24,7 @@ _PACKAGES = ("zoobench", "taichi", "torch", "numpy")
 _LEGEND = (
     "mean over seeds ± half of the 95 % Student-t interval, none where all seeds gave the same; n: seeds behind it, "
     "where they are not those of the title; bold or *: all seeds done, the interval better than those of the other "
-    "methods, and what was spent less than 5 % apart, or better already when no more had been spent than by any of them"
+    "methods, and amounts spent less than 5 % apart, or better already when no more had been spent than by any of them"
 )
 _AT_WALL = (
     f"‖ a robot came within {LEAST_WALL_GAP:g} cells of a side of its arena, which has a part in the score: nobody "
@@ -45,12 +45,12 @@ class Footer:
         plugins: the components of other distributions, with the hash of their code: two where it has changed between
             runs without a new version.
         superseded: components that have a newer version here, with which other numbers are made.
-        provisional: the environments whose scores are not yet what they are called, and why.
+        provisional: the environments whose scores are provisional, and why.
         undecided: where differences are marked that the fidelity cannot decide.
-        external: the agents that were trained elsewhere, and what that means.
-        overturned: what the mark at winners means that do not win on a finer grid; empty without one.
-        walls: what the mark at robots means that met a side of their arena, and of how many runs that is not known.
-        lasting: what the column means that tells of more frames; empty without one.
+        external: the agents that were trained elsewhere, and the meaning of their mark.
+        overturned: the meaning of the mark at winners that do not win on a finer grid; empty without one.
+        walls: the meaning of the mark at robots that met a side of their arena, and the number of runs not checked.
+        lasting: the meaning of the column on more frames; empty without one.
         dates: first start and last end of the runs, UTC; empty without a finished run.
         command: the command that prints these tables.
     """
@@ -110,7 +110,7 @@ def footer(tables: Sequence[Table], attempts: Iterable[Attempt | OriginRow], com
         external=_distinct(_external(tables)),
         overturned=(_OVERTURNED,) if any(cell.is_overturned for cell in _cells(tables)) else (),
         walls=tuple(_walls(list(_cells(tables)))),
-        lasting=(WHAT,) if any(cell.lasting for cell in _cells(tables)) else (),
+        lasting=(LEGEND,) if any(cell.lasting for cell in _cells(tables)) else (),
     )
 
 

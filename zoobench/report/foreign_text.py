@@ -14,7 +14,7 @@ def visible(text: str) -> str:
 
 
 def in_json(text: str) -> str:
-    """The same for a text in JSON, which means what it meant before."""
+    """The same for a text in JSON, whose meaning does not change."""
     return _UNSEEN.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
 
 

@@ -1,4 +1,4 @@
-"""Short names for components, as much of a reference as tells it from the others beside it, and their order."""
+"""Short names for components, as much of a reference as tells it from the others shown, and their order."""
 
 from collections.abc import Iterable
 
@@ -24,7 +24,7 @@ def _differs(key: str, value: Scalar, family: set[Ref]) -> bool:
 
 
 def in_order(ref: Ref) -> tuple[object, ...]:
-    """By which references are sorted: names and texts by the alphabet, versions and numbers by their size."""
+    """The key by which references are sorted: names and texts by the alphabet, versions and numbers by their size."""
     params = ((key, *_by_size(value)) for key, value in ref.params)
     return ref.name, ref.version, tuple(params)
 

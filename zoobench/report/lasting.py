@@ -1,4 +1,4 @@
-"""What the best solutions do after their episode: the same gait over several times its frames."""
+"""The results of the best solutions in longer episodes: the same gait over several times its frames."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -12,15 +12,15 @@ if TYPE_CHECKING:
     from zoobench.db.query import Reader
 
 TIMES = 3
-"""By which an episode is longer than the solution's own."""
+"""Factor by which an episode is longer than the solution's own."""
 
 COLUMN = f"{TIMES}x"
 """The name of the column in tables."""
 
-WHAT = (
-    f"{COLUMN}: what the best solution of each method, in their order, keeps of its score over {TIMES} times its "
+LEGEND = (
+    f"{COLUMN}: share of its score that the best solution of each method, in their order, keeps over {TIMES} times its "
     "frames; of errors, the error there. at a wall: it met a side of its arena there. "
-    "turned away: in the last third it went against what the task asks for. torn, diverged: it has no score there. "
+    "turned away: its mean reward in the last third was negative. torn, diverged: it has no score there. "
     "?: not evaluated"
 )
 
@@ -32,7 +32,7 @@ class Lasting:
     Attributes:
         frames: that were simulated.
         score: over all of them; None without one.
-        end: what became of it, such as `torn in frame 252`; empty if it went on.
+        end: how it ended, such as `torn in frame 252`; empty if it went on.
         wall_gap: smallest distance from a side of the arena over all of them [cells]; None if nothing was simulated.
         home_gap: the same over the solution's own frames; None if they are not the first of these.
     """
@@ -74,7 +74,7 @@ _NUMBERS = ("score", "wall_gap", "home_gap")
 
 
 def read_lasting(reader: "Reader", specs: Mapping[int, RunSpec]) -> dict[int, Lasting]:
-    """Of these runs, by id, what was found of their solutions; the last time counts.
+    """The results over more frames of these runs' solutions, by id; the latest evaluation counts.
 
     Raises:
         StorageError: the database cannot be read.

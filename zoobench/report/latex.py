@@ -52,7 +52,7 @@ def _tabular(listing: Listing) -> list[str]:
 
 
 def _cell(value: object, text: str, is_number: bool) -> str:
-    """A cell; in a column of numbers what is none stands in braces, and marks and notes behind the number."""
+    """A cell; in a column of numbers other text stands in braces, and marks and notes behind the number."""
     if not is_number:
         return latex_text(text)
     number = _number(value)
@@ -71,7 +71,7 @@ def _behind(value: object) -> str:
 
 
 def _number(value: object) -> str | None:
-    """A number as siunitx reads it, with its uncertainty; None for what is none, or has an uneven interval."""
+    """A number as siunitx reads it, with its uncertainty; None for other text, or an uneven interval."""
     if isinstance(value, Measured) and value.decimals is not None and value.half_width is None:
         return None
     if isinstance(value, Measured):

@@ -33,7 +33,7 @@ class Attempt:
 
 @dataclass(frozen=True)
 class FinerScore:
-    """What a solution scores on a finer grid; None where that simulation diverged."""
+    """The score of a solution on a finer grid; None where that simulation diverged."""
 
     fidelity: Ref
     score: float | None
@@ -49,8 +49,8 @@ class BoardRow:
         seconds: wall time of its attempts [s]; 0 while it has not ended.
         attempts: those that its result came from.
         solution: its parameters, if it is the best run of its row over methods and seeds.
-        finer: what its solution scores on the finest grid on which it was evaluated, with the most particles.
-        lasting: what its solution does over more frames; None if it was not evaluated.
+        finer: the score of its solution on the finest grid on which it was evaluated, with the most particles.
+        lasting: the result of its solution over more frames; None if it was not evaluated.
         curve: its best score by the substeps, or with a budget in episodes those, that it had spent; None if unknown.
     """
 
@@ -82,13 +82,13 @@ class BoardRow:
 
     @property
     def standing(self) -> tuple[bool, float]:
-        """By which the best of several is chosen, as `zoobench.spec.standing`."""
+        """The key by which the best of several is chosen, as `zoobench.spec.standing`."""
         return standing(self.score, self.wall_gap)
 
 
 @dataclass(frozen=True)
 class Leaderboard:
-    """A suite with its results; `source` is what `--suite` takes."""
+    """A suite with its results; `source` is its name for `--suite`."""
 
     name: str
     source: str
@@ -138,16 +138,16 @@ class Leaderboard:
 
 
 def best_of_rows(rows: Iterable[BoardRow], *, by_method: bool = False) -> list[BoardRow]:
-    """Of each row of the tables the best run over methods and seeds by `BoardRow.standing`; the first of equal ones.
+    """The best run of each row of the tables over methods and seeds by `BoardRow.standing`; the first of equal ones.
 
     With `by_method`, one of each method.
     """
     best: dict[tuple[str, ...], BoardRow] = {}
-    place = AXES.index("method")
+    method_axis = AXES.index("method")
     for row in rows:
         cell = row.spec.cell()
         if not by_method:
-            cell = cell[:place] + cell[place + 1 :]
+            cell = cell[:method_axis] + cell[method_axis + 1 :]
         if row.score > -math.inf and (cell not in best or row.standing > best[cell].standing):
             best[cell] = row
     return list(best.values())
@@ -220,9 +220,9 @@ def _curves(reader: "Reader", runs: Iterable[RunRow]) -> dict[int, Curve]:
 
 
 def _finer_scores(reader: "Reader", specs: Mapping[int, RunSpec]) -> dict[int, FinerScore]:
-    """Of the solutions of these runs, by id, that were evaluated on finer grids, the score on the finest.
+    """The scores of these runs' solutions, by id, on the finest grid that is finer than their own, with most particles.
 
-    Of one grid that with the most particles.
+    Evaluations of another environment, task or episode length do not count.
     """
     found: dict[int, FinerScore] = {}
     for row in (row.document for study in reader.studies(TRANSFER) for row in study.rows):
@@ -239,12 +239,12 @@ def _finer_scores(reader: "Reader", specs: Mapping[int, RunSpec]) -> dict[int, F
 
 
 def particles_per_cell(fidelity: Ref) -> float:
-    """Of a resolved fidelity; 0 of one that does not tell."""
+    """Particles per cell of a resolved fidelity; 0 if it has no such parameter."""
     return float(fidelity.kwargs.get("particles_per_cell", 0))
 
 
 def _coarseness(fidelity: Ref) -> tuple[float, float]:
-    """By which fidelities are ordered: the grid's spacing [m], and of one grid the fewer particles."""
+    """The key by which fidelities are ordered: the grid's spacing [m], and of one grid the fewer particles."""
     return float(fidelity.kwargs.get("grid_spacing", math.inf)), -particles_per_cell(fidelity)
 
 

@@ -1,7 +1,7 @@
 """The export of a leaderboard: all that it holds as one text.
 
 The export is JSON in one canonical form: a line for each provenance, component and run, keys sorted; seeds of a cell
-that no run exists for share a line. Equal content is equal text, so that what is committed can be compared byte for
+that no run exists for share a line. Equal content is equal text, so that committed files can be compared byte for
 byte.
 """
 

@@ -1,4 +1,4 @@
-"""Leaderboards as files: published into a folder, and compared there with what their exports give."""
+"""Leaderboards as files: published into a folder, and compared there with pages generated from their exports."""
 
 from dataclasses import dataclass
 from hashlib import sha256
@@ -131,8 +131,8 @@ def exports_of(folder: Path) -> list[Path]:
 def differences(folder: Path) -> list[str]:
     """The differences between the pages of a folder and those rebuilt from its exports, byte for byte.
 
-    A report beside them (`INDEX`) must have been made from the same exports. Of every other file the first differing
-    line; a page or an export that is missing is a difference too.
+    A report in their folder (`INDEX`) must have been made from the same exports. Of every other file the first
+    differing line; a page or an export that is missing is a difference too.
 
     Raises:
         UsageError: there is no export, or one cannot be read.

@@ -38,7 +38,7 @@ def pages(board: Leaderboard) -> dict[str, str]:
 
 
 def tables_of(board: Leaderboard) -> list[Table]:
-    """All tables of the suite, with what is missing, what solutions do over more frames, and marks at winners that do
+    """All tables of the suite, with missing runs, results of solutions over more frames, and marks at winners that do
     not win on a finer grid."""
     tables = score_tables(board.results(), board.missing())
     tables = mark_overturned(mark_early_winners(tables, lambda runs, _: board.curves(runs)), board.rows)
@@ -53,8 +53,8 @@ def without_empty_rows(tables: Iterable[Table]) -> list[Table]:
 
 
 def csv_page(board: Leaderboard) -> str:
-    """A line for every cell of the rows that have a run, with the reasons of what has no score and the command that
-    repeats it."""
+    """A line for every cell of the rows that have a run, with the reasons why runs have no score, and the command that
+    repeats the cell."""
     cells: dict[tuple[str, ...], list[BoardRow]] = {}
     for run in board.rows:
         cells.setdefault(run.spec.cell(), []).append(run)
@@ -105,9 +105,9 @@ def first_difference(committed: str, rebuilt: str) -> tuple[int, str | None, str
         return None
     old, new = committed.split("\n"), rebuilt.split("\n")
     shared = min(len(old), len(new))
-    place = next((number for number in range(shared) if old[number] != new[number]), shared)
-    was, would_be = (lines[place] if place < len(lines) else None for lines in (old, new))
-    return place + 1, was, would_be
+    first = next((number for number in range(shared) if old[number] != new[number]), shared)
+    was, would_be = (lines[first] if first < len(lines) else None for lines in (old, new))
+    return first + 1, was, would_be
 
 
 def _state_lines(board: Leaderboard, every: Sequence[Table], shown: Sequence[Table]) -> list[str]:
@@ -124,9 +124,9 @@ def _state_lines(board: Leaderboard, every: Sequence[Table], shown: Sequence[Tab
     if counts[MISSING]:
         lines.append("- `missing`: the suite asks for it and it was not run. Nobody wins a row that lacks something.")
     if any(counts[state] for state in (MISSING, RunState.QUEUED, RunState.RUNNING)):
-        lines.append(f"- `zoobench run --suite {board.source}` does what is left.")
+        lines.append(f"- `zoobench run --suite {board.source}` executes the remaining runs.")
     if footnotes(row.env for table in shown for row in table.rows):
-        lines.append(f"- {MARK} marks what is provisional; why, stands [at the end](#origin).")
+        lines.append(f"- {MARK} marks provisional environments; the reasons stand [at the end](#origin).")
     return lines
 
 

@@ -1,4 +1,4 @@
-"""Learning curves: the best score of a run by what it had spent, and tables at an equal amount spent.
+"""Learning curves: the best score of a run over the amount spent, and tables at an equal amount spent.
 
 Only runs that are DONE have a curve here, as only they have results.
 """
@@ -20,7 +20,7 @@ from zoobench.report.normalise import REFERENCES
 from zoobench.report.provisional import marked
 from zoobench.report.run_results import SCORE, RunResult
 from zoobench.report.statistics import t_interval
-from zoobench.report.table_cell import ALIKE, TableCell, compare
+from zoobench.report.table_cell import EQUAL_COST, TableCell, compare
 from zoobench.report.tables import Row, Spending, Table, in_places, methods_of
 from zoobench.report.units import in_units
 from zoobench.spec import AXES, WALL_GAP, BudgetKind, Ref
@@ -31,12 +31,12 @@ if TYPE_CHECKING:
 COLUMNS = ("substeps", "forward_substeps", "episodes", "seconds", SCORE)
 """The columns that every method reports at every iteration; the score from the first one on."""
 
-_SHARES = (0.125, 0.25, 0.5, 1.0)  # of what was spent, in a listing for reading
+_SHARES = (0.125, 0.25, 0.5, 1.0)  # of the amount spent, in a listing for reading
 
 
 @dataclass(frozen=True)
 class LearningCurve(Curve):
-    """The curve of a run with its result; `kind` is the currency of what it has spent."""
+    """The curve of a run with its result; `kind` is the currency of the amounts spent."""
 
     result: RunResult
     kind: BudgetKind
@@ -47,7 +47,7 @@ class LearningCurve(Curve):
         At its own budget a run has its final score, as in tables, though its last iteration has spent a little more.
         """
         budget = self.result.run.spec.budget
-        is_over = budget.kind == self.kind and budget.amount < self.spent[-1] < (1.0 + ALIKE) * budget.amount
+        is_over = budget.kind == self.kind and budget.amount < self.spent[-1] < (1.0 + EQUAL_COST) * budget.amount
         return self.scores[-1] if is_over and amount >= budget.amount else super().at(amount)
 
     @property
@@ -109,7 +109,7 @@ def spending_tables(
 
     Args:
         known: the curves of the results, against `kind`.
-        amount: what had been spent; in each row the largest amount that all its finished runs have reached if None.
+        amount: the amount spent; in each row the largest amount that all its finished runs have reached if None.
     """
     tables = []
     for (fidelity, frames), members in in_settings(furthest(comparable_results(results), known)):
@@ -138,7 +138,7 @@ def points_listing(reader: "Reader", results: Iterable[RunResult]) -> Listing:
 def curves_overview(
     results: Sequence[RunResult], known: Mapping[int, LearningCurve], kind: BudgetKind, units: Sequence[str] = ()
 ) -> Listing:
-    """Mean best scores or errors at shares of what all methods of a cell have spent; a row per cell and method.
+    """Mean best scores or errors at shares of the amount spent by all methods of a cell; a row per cell and method.
 
     In the first of the units that fits, or in the task's own.
     """
@@ -146,7 +146,7 @@ def curves_overview(
     groups = cells(results, known)
     axes = ("env", "task", "design", "controller", "fidelity", "frames")
     values = {axis: [getattr(group[0].run.spec, axis) for group in groups] for axis in axes}
-    # Of the last three, those are columns that tell rows apart.
+    # the last three are columns only if they tell rows apart
     shown = [axis for axis in axes if axis in axes[:3] or len(set(values[axis])) > 1]
     names = {axis: labels(values[axis]) if axis != "frames" else {} for axis in shown}
     names["env"] = marked(names["env"])

@@ -25,7 +25,7 @@ _MOST_DIGITS = 6  # significant ones of a number with an interval
 
 @dataclass(frozen=True)
 class Measured:
-    """A number with its interval, and what is to be kept in mind about it.
+    """A number with its interval and notes.
 
     Attributes:
         value: None where there is none, as the first of `notes` says.

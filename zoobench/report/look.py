@@ -44,8 +44,8 @@ class Look:
         """The command line options that ask for it."""
         texts = {"--columns": ",".join(self.columns), "--unit": ",".join(self.units), "--caption": self.caption}
         names = [word for old, new in self.names.items() for word in ("--rename", f"{old}={new}")]
-        given = {name: text for name, text in {**texts, "--label": self.label}.items() if text}
-        return [*(word for pair in given.items() for word in pair), *names]
+        wanted = {name: text for name, text in {**texts, "--label": self.label}.items() if text}
+        return [*(word for pair in wanted.items() for word in pair), *names]
 
     def check(self, shown: Sequence[tuple[Table, Listing]]) -> None:
         """Check that every wish fits some of the tables of one quantity, which are given with their listings.

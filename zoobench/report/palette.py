@@ -42,10 +42,10 @@ def styles_of(methods: Mapping[K, Ref]) -> dict[K, Style]:
     places: Counter[str] = Counter()
     found = {}
     for key, method in methods.items():
-        place = places[method.name]
+        number = places[method.name]
         places[method.name] += 1
-        shade = _SHADES[place % len(_SHADES)]
-        found[key] = Style(_shaded(_base(method.name), shade), _STROKES[place % len(_STROKES)])
+        shade = _SHADES[number % len(_SHADES)]
+        found[key] = Style(_shaded(_base(method.name), shade), _STROKES[number % len(_STROKES)])
     return found
 
 

@@ -38,7 +38,7 @@ class RunResult:
 
     @property
     def quantity(self) -> Quantity:
-        """What the score is called when it is shown."""
+        """The quantity of the score, by which it is shown."""
         return quantity_of(self.run.spec.task, "" if self.score is None else self.score.unit)
 
     @property

@@ -15,7 +15,7 @@ from zoobench.report.statistics import Interval, clear_winner, t_interval
 from zoobench.spec import Budget, is_at_wall, standing
 
 _FEW = 0.01  # share of gradients that may not be finite without a note
-ALIKE = 0.05  # share of the largest amount spent by which others may be below it for a fair comparison
+EQUAL_COST = 0.05  # share of the largest amount spent by which others may be below it for a fair comparison
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class TableCell:
         shares: those scores between the row's references (0) and its best mean (1), below 0 where they are worse;
             empty without either.
         gaps: how near the robots of those came to a side of the arena [cells]; None where it is not known.
-        lasting: what the best solution does over more frames; None if it was not evaluated.
+        lasting: the result of the best solution over more frames; None if it was not evaluated.
         outside: the budget of an agent that was trained elsewhere, which counts its evaluation alone: it neither wins
             nor loses; None for methods, which have that of the table.
     """
@@ -107,7 +107,7 @@ class TableCell:
         return 0 if self.interval is None else self.interval.count
 
     def estimate(self, seeds: int | None = None, *, sign: float = 1.0, normalised: bool = False) -> Measured:
-        """What people are shown: `0.031 ± 0.004`, `0.031 (n=1 of 3, diverged 2/3)`, or `missing` without any run.
+        """The text of the cell: `0.031 ± 0.004`, `0.031 (n=1 of 3, diverged 2/3)`, or `missing` without any run.
 
         Args:
             seeds: that every cell is known to have, so that it is told only where there are others.
@@ -154,11 +154,11 @@ def compare(group: Sequence[Cell], entries: tuple[Entry, ...], *, is_even: bool)
         cells = won_by(lead, cells)
     means = [None if cell is None or cell.interval is None else cell.interval.mean for cell in cells]
     floor = floor_of(outcome.floor for found in by_entry.values() for outcome in found)
-    lots = shares(means, floor)
+    normalised = shares(means, floor)
     best_mean = max((mean for mean in means if mean is not None), default=None)
     return tuple(
         cell and replace(cell, normalised=share, shares=run_shares(cell.scores, floor, best_mean))
-        for cell, share in zip(cells, lots, strict=True)
+        for cell, share in zip(cells, normalised, strict=True)
     )
 
 
@@ -185,10 +185,10 @@ def won_by(winner: TableCell, cells: Iterable[TableCell | None]) -> list[TableCe
 
 
 def spent_alike(cells: Iterable[TableCell | None]) -> bool:
-    """Whether what the rivals of a row have spent differs by less than `ALIKE`; one with a score must say it."""
+    """Whether the costs of the rivals of a row differ by less than `EQUAL_COST`; each with a score needs one."""
     spent = [cell.spent for cell in rivals(cells) if cell.interval is not None]
     known = [amount for amount in spent if amount is not None]
-    return len(spent) < 2 or (len(known) == len(spent) and max(known) - min(known) < ALIKE * max(known))
+    return len(spent) < 2 or (len(known) == len(spent) and max(known) - min(known) < EQUAL_COST * max(known))
 
 
 def _cell(outcomes: Sequence[Outcome], asked: int, outside: Budget | None) -> TableCell | None:

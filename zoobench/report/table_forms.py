@@ -60,7 +60,7 @@ def pivot_listing(table: Table, normalised: bool = False) -> Listing:
     entries = entry_labels(table.entries)
     by_place = {(row.task, row.design, row.env): row for row in table.rows}
     places = list(dict.fromkeys((row.task, row.design) for row in table.rows))
-    # what was spent is told where the methods of a row differ in it, as in `table_listing`
+    # the amount spent is shown where the methods of a row differ in it, as in `table_listing`
     uneven = {place for place, row in by_place.items() if _is_uneven(table, row)}
     lasts = any(_lasts(row.cells) for row in table.rows)
     rows: list[tuple[str | Measured | None, ...]] = []
@@ -117,7 +117,7 @@ def _lasts(cells: Sequence[TableCell | None]) -> bool:
 
 
 def _lasting_text(cells: Sequence[TableCell | None], sign: float) -> str | None:
-    """What the best solutions of these cells do over more frames, in their order."""
+    """The results of the best solutions of these cells over more frames, in their order."""
     return " / ".join(_after(cell, sign) for cell in cells) if _lasts(cells) else None
 
 
@@ -128,7 +128,7 @@ def _after(cell: TableCell | None, sign: float) -> str:
 
 
 def _spent_text(row: Row) -> str:
-    """What each method of a row has spent, in their order."""
+    """The amount that each method of a row has spent, in their order."""
     return " / ".join(map(_amount, row.cells))
 
 
@@ -141,11 +141,11 @@ class CellRow:
     """A cell of a table for programs; references with every parameter stated.
 
     Attributes:
-        budget_kind, budget_amount: of the runs; in tables drawn from learning curves what had been spent.
+        budget_kind, budget_amount: of the runs; in tables drawn from learning curves the amount spent.
         mean, low, high: of the scores and their 95 % interval, in `unit`; more is better.
         n, asked: seeds behind the mean, and those asked for.
         normalised: the mean between the references (0) and the best (1) of the row.
-        used, used_kind: what was spent, on average; None where that is not known.
+        used, used_kind: the amount spent, on average; None where it is not known.
         nonfinite: share of gradients that were not finite.
         wall_gap: smallest distance from a side of the arena [cells].
     """
@@ -186,8 +186,8 @@ class CellRow:
 def long_listing(tables: Sequence[Table]) -> Listing:
     """All tables in long form, one row per cell, for programs.
 
-    Tables drawn from learning curves say what was spent in place of the budget. An agent from outside, which stands in
-    every table of its row, comes once, with its own budget and a cost that is not known.
+    Tables drawn from learning curves show the amount spent in place of the budget. An agent from outside, which stands
+    in every table of its row, comes once, with its own budget and a cost that is not known.
     """
     rows = (
         _long_row(table, row, entry, cell)

@@ -1,8 +1,8 @@
 """The tables of scores: one per fidelity, episode length and budget, since those are never mixed.
 
 A row is an environment, task and design; a column is a method with its controller; a cell is the mean over seeds with
-its 95 % Student-t interval, and what became of the seeds that gave no score. Agents that were trained elsewhere have no
-budget: they stand beside the others in every table that has their row, and win and lose nothing.
+its 95 % Student-t interval, and the outcomes of seeds without a score. Agents that were trained elsewhere have no
+budget: they have a column in every table that has their row, and win and lose nothing.
 """
 
 from collections.abc import Iterable
@@ -35,7 +35,7 @@ class Spending:
 
     @property
     def unit(self) -> str:
-        """Of amounts."""
+        """Unit of the amounts."""
         return "s" if self.kind == "seconds" else self.kind
 
     def text(self, amount: float) -> str:
@@ -63,7 +63,7 @@ class Row:
 
     @property
     def quantity(self) -> Quantity:
-        """What its scores are."""
+        """The quantity of its scores."""
         return quantity_of(self.task, next((cell.unit for cell in self.cells if cell is not None and cell.unit), ""))
 
     @property
@@ -88,7 +88,7 @@ class Table:
 
     @property
     def currency(self) -> BudgetKind:
-        """The unit of what its runs have spent: substeps unless the budget counts something else."""
+        """The unit of the amounts that its runs have spent: substeps unless the budget counts something else."""
         return currency(self.budget.kind)
 
     @property

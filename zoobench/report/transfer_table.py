@@ -18,7 +18,7 @@ Document = Mapping[str, Any]
 
 
 class Setting(NamedTuple):
-    """What the episodes of a row of the matrix share: where they were, and where their solutions were found."""
+    """The settings of a row of the matrix: those of its episodes, and those in which their solutions were found."""
 
     task: Ref
     fidelity: Ref
@@ -47,7 +47,7 @@ class Tried(NamedTuple):
 
     @property
     def quantity(self) -> Quantity:
-        """What the scores are."""
+        """The quantity of the scores."""
         return quantity_of(self.setting.task, self.unit)
 
 
@@ -162,7 +162,7 @@ def _setting(row: Document, spec: RunSpec | None) -> Setting:
 
 
 def _order(setting: Setting) -> list[object]:
-    """By which settings are sorted."""
+    """The key by which settings are sorted."""
     return [_rank(value) for value in setting if value is not None]
 
 

@@ -60,7 +60,7 @@ def footnotes(tables: Sequence[Table], orders_of: OrdersOf) -> tuple[str, ...]:
 
 
 def _of_bodies(table: Table, orders_of: OrdersOf) -> Iterator[str]:
-    """What is not known of the order of bodies by their best means, those of one controller."""
+    """Notes on pairs of bodies whose order by their best means, those of one controller, is not known."""
     best: dict[tuple[Ref, Ref], dict[Ref, list[tuple[str, float]]]] = {}
     for row in table.rows:
         for controller in dict.fromkeys(entry.controller for entry in table.entries):

@@ -10,7 +10,7 @@ _PREFIXES = {"n": 1e-9, "u": 1e-6, "µ": 1e-6, "m": 1e-3, "c": 1e-2, "d": 1e-1, 
 
 
 def conversion(unit: str, wanted: str) -> float | None:
-    """By which numbers in a unit are multiplied to be in another, `mm/s` for `m/s`; None where that is not one."""
+    """Factor from one unit to another, such as `mm/s` for `m/s`; None where there is none."""
     if unit == wanted:
         return 1.0
     found = [1.0 / scale for prefix, scale in _PREFIXES.items() if wanted == f"{prefix}{unit}"]
@@ -27,7 +27,7 @@ def in_units(quantity: Quantity, wanted: Iterable[str]) -> tuple[Quantity, float
 
 
 def check_units(wanted: tuple[str, ...], units: set[str]) -> None:
-    """Check that each wanted unit is one of what is shown.
+    """Check that each wanted unit fits a shown quantity.
 
     Raises:
         UsageError: one is not.

@@ -61,7 +61,7 @@ def results_overview(results: Iterable[RunResult]) -> Listing:
 
 
 def _overview(result: RunResult) -> tuple[Any, ...]:
-    """A run's number, state, score, unit, time [s], and what to keep in mind."""
+    """A run's number, state, score, unit, time [s] and notes."""
     run, score, quantity = result.run, result.score, result.quantity
     value, unit = (None, None) if score is None else (quantity.sign * score.value, quantity.unit_text)
     seconds = run.seconds if run.attempt else None
@@ -69,7 +69,7 @@ def _overview(result: RunResult) -> tuple[Any, ...]:
 
 
 def _wall_text(result: RunResult) -> str | None:
-    """What to keep in mind about a score that a side of the arena has a part in."""
+    """A note on a score that a side of the arena has influenced."""
     gap = result.finals.get(WALL_GAP)
     return f"at a wall: within {gap.value:.1f} cells of it" if gap is not None and is_at_wall(gap.value) else None
 
@@ -150,7 +150,7 @@ class RunningRow:
 
 
 def running_listing(runs: Sequence[RunRow], now: float | None = None) -> Listing:
-    """The runs in progress, for programs; ages and what is left of the lease at the time `now`."""
+    """The runs in progress, for programs; ages and the remaining lease at the time `now`."""
     return listing_of(RunningRow, _running_rows(runs, now))
 
 
@@ -187,7 +187,7 @@ def running_overview(runs: Sequence[RunRow], now: float | None = None) -> Listin
 
 @dataclass(frozen=True)
 class PlanRow:
-    """A run of a plan; `estimate_s` is the expected wall time of what is not done [s], None where it is not known."""
+    """A run of a plan; `estimate_s` is the expected wall time of the rest [s], None where it is not known."""
 
     env: str
     task: str
@@ -250,7 +250,7 @@ def reasons_listing(runs: Sequence[RunRow | BoardRow]) -> Listing:
 def run_card(result: RunResult, attempts: Sequence[AttemptRow], specs: Sequence[RunSpec] = ()) -> dict[str, Any]:
     """Everything that is stored about one run, as plain data.
 
-    `specs` are what has to be run to repeat it, where that is more than itself.
+    `specs` are the runs that repeat it, where there are more than itself.
     """
     return {
         **results_record(result),

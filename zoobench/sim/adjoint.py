@@ -148,7 +148,7 @@ class Adjoint:
         for world, move in reversed(self._moves_after(part)):
             end_adjoint(sim, self._state, world, move)
         for world in part.stops.nonzero()[0].tolist():
-            self._state.stop(0, world)  # what was stopped has no effect on what follows
+            self._state.stop(0, world)  # stopped motion has no effect on later states
         sim.put_to_sleep(self._rollout.asleep[part.frame])
         plan = sim.plan(first, part.counts, self._counts[part.frame], begins=part.begins)
         sim.launcher.reverse(self._tape.states, sim.parameters, plan, self._state, self._parameters)
@@ -156,9 +156,9 @@ class Adjoint:
 
     def _seeds(self, positions: FloatArray, velocities: FloatArray) -> Any:
         """Adjoints of places and velocities `[..., worlds, robot, 3]` as the state has them, 0 in worlds not alive."""
-        given = self._sim.tensor(positions), self._sim.tensor(velocities)
-        seeds = memory(given[0].new_zeros((*positions.shape[:-1], 2, 4)))
-        seeds[..., 0, :3], seeds[..., 1, :3] = map(memory, given)
+        adjoints = self._sim.tensor(positions), self._sim.tensor(velocities)
+        seeds = memory(adjoints[0].new_zeros((*positions.shape[:-1], 2, 4)))
+        seeds[..., 0, :3], seeds[..., 1, :3] = map(memory, adjoints)
         seeds[..., self._sim.is_alive() == 0, :, :, :] = 0.0
         return seeds
 

@@ -1,4 +1,4 @@
-"""Equilibrated states of scenes, kept in files beside the compiled kernels and read back later.
+"""Equilibrated states of scenes, kept in files next to the compiled kernels and read back later.
 
 The file's name is a hash of everything that determines the state, the simulator's own sources included, so that a file
 is never out of date. It holds the result of `come_to_rest` bit for bit.
@@ -33,7 +33,7 @@ _DIGEST_BYTES = 32
 _TENSORS = ("state", "window", "flow", "nodes")
 
 _PROCESSOR_LINES = ("model name", "flags", "CPU part", "Features")
-"""Of /proc/cpuinfo: the first two on x86, the others on ARM."""
+"""Lines of /proc/cpuinfo: the first two on x86, the others on ARM."""
 
 
 def equilibrated(
@@ -63,7 +63,7 @@ def equilibrated(
 
 
 def state_folder() -> Path:
-    """The folder of equilibrated states, beside the compiled kernels."""
+    """The folder of equilibrated states, next to the compiled kernels."""
     return cache_folder().with_name("equilibrated")
 
 

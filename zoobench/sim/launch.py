@@ -46,7 +46,7 @@ class Launch:
         """Launch the kernel.
 
         Raises:
-            UsageError: the runtime in which this was made has ended, and with it what was prepared.
+            UsageError: the runtime in which this was made has ended, and with it the prepared launch.
         """
         if self._generation != runtime.generation():
             raise UsageError(

@@ -34,7 +34,7 @@ _TRANSFERS: dict[Transfer, int] = {"apic": APIC, "pic": PIC, "aflip": AFLIP}
 
 
 class Launcher:
-    """Owns the grid and launches the substep, its reverse, the survey and the search for what may sleep.
+    """Owns the grid and launches the substep, its reverse, the survey and the search for matter that may sleep.
 
     Args:
         parallel: all worlds at once with atomic adds (CUDA); else in turn on one thread.
@@ -43,7 +43,7 @@ class Launcher:
         shape: grid nodes in x, y, z.
         fields: number of fields of every node, see `layout`.
         constants: the kernels' scalars, see `layout.CONSTANTS`.
-        variant: what the kernels are compiled for.
+        variant: for which the kernels are compiled.
         terrain: `[nx, nz, 4]` height [cells] above the grid's first node and normal; empty for a plane.
         launches: counts of kernel launches by direction, of surveys, and of world-substeps by direction and effect,
             "decomposition" for a law that needs principal values far from rest; an effect that the scene does not call
@@ -65,7 +65,7 @@ class Launcher:
             ground=self._ground_kind(),
             skin=has_skin(scene),
             width=fidelity.spline.width,
-            # what the grid does not resolve would feel no water
+            # a part that the grid does not resolve would feel no water
             transfer=APIC if scene.water else _TRANSFERS[fidelity.transfer],
             medium_transfer=_TRANSFERS[medium_transfer(scene, fidelity)],
             # not where all worlds are simulated at once: the particles awake are visited in an order
@@ -88,7 +88,7 @@ class Launcher:
         self._grid = self._new_grid()
         self._grid_adjoint: Tensor | None = None
         self._kept = 0
-        # Taichi's own optimisation gains a twentieth on a robot alone; beside a medium it only triples compiling
+        # Taichi's own optimisation gains a twentieth on a robot alone; with a medium it only triples compiling
         self._advance, self._reverse, self._survey = (
             Launch(kernel, optimised=law is None) for kernel in (serial.advance, serial.reverse, survey.survey)
         )
@@ -257,7 +257,7 @@ class Launcher:
         full = self._fidelity.grid_spacing**3
         slip = (scene.medium.friction if scene.medium else None) or 0.0
         density = scene.medium.material.density if scene.medium else 0.0
-        given = {
+        values = {
             "spacing": self._fidelity.grid_spacing, "mu": mu, "lam": lam, "eta": scene.robot.material.viscosity,
             **dict(zip(("g_x", "g_y", "g_z"), scene.gravity, strict=True)), "friction": friction,
             **dict(zip(("nodes_x", "nodes_y", "nodes_z"), self.shape, strict=True)),
@@ -265,7 +265,7 @@ class Launcher:
             "edge": scene.robot_edge(self._fidelity), "interface_friction": slip,
             "robot_full": scene.robot.material.density * full, "medium_full": density * full,
         }  # fmt: skip
-        listed = [given[name] for name in CONSTANTS] + ([getattr(bed, name) for name in bed.constants] if bed else [])
+        listed = [values[name] for name in CONSTANTS] + ([getattr(bed, name) for name in bed.constants] if bed else [])
         listed += self._list_object_constants(full)
         return torch.tensor(listed, dtype=self._real, device=self._device)
 

@@ -44,21 +44,21 @@ def parse_size(text: str) -> int:
 
 
 def allowed() -> int | None:
-    """What each process of a run may take, as the environment says [bytes]; None for no limit.
+    """Memory limit of each process of a run, from the environment variable [bytes]; None for no limit.
 
     Raises:
         UsageError: the environment variable cannot be read.
     """
-    given = os.environ.get(MEMORY_VARIABLE)
-    return parse_size(given) if given else None
+    text = os.environ.get(MEMORY_VARIABLE)
+    return parse_size(text) if text else None
 
 
 @cache
 def memory_share(device: str = "cpu") -> int:
     """Memory for the stored states of this process on a device [bytes].
 
-    Of what the environment variable allows, the part that is left beside the process itself; without it, and on CUDA, a
-    quarter of this process's part of the free memory.
+    The limit of the environment variable less the memory of the process itself; without it, and on CUDA, a quarter of
+    this process's part of the free memory.
 
     The same for as long as the process runs.
 
@@ -76,7 +76,7 @@ def memory_share(device: str = "cpu") -> int:
 
 
 def free_memory() -> int:
-    """Memory of this machine that is not in use, or what this process's control groups leave of it if less [bytes]."""
+    """Memory of this machine that is not in use, or that this process's control groups still allow, if less [bytes]."""
     return max(0, min([psutil.virtual_memory().available, *_group_memory(_CONTROL_GROUPS)]))
 
 

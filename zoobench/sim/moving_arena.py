@@ -36,7 +36,7 @@ class MovingArena:
         self._begun = [self._middle(world) for world in range(simulation.worlds)]
 
     def follow(self, world: int) -> list[ArenaMove]:
-        """Move a world's arena to where its robot is now; what was done, nothing where it is near enough."""
+        """Move a world's arena to where its robot is now; returns the moves, none if it is near enough."""
         sim, done = self._sim, list[ArenaMove]()
         cells = (self._middle(world) - self._begun[world]) / sim.fidelity.grid_spacing
         for axis in (0, 2):
@@ -109,7 +109,7 @@ def _of_cells(simulation: Simulation, flow: torch.Tensor) -> torch.Tensor:
 
 
 def _shift(flow: torch.Tensor, axis: int, cells: int) -> None:
-    """Move water by so many cells against an axis, in place; what comes in is at rest."""
+    """Move water by so many cells against an axis, in place; water that comes in is at rest."""
     kept = max(flow.shape[axis] - abs(cells), 0)
     first = max(cells, 0)
     moved = flow.narrow(axis, min(first, flow.shape[axis] - kept), kept).clone()

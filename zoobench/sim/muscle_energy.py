@@ -12,7 +12,7 @@ from zoobench.sim.model.rollout import Rollout
 from zoobench.sim.model.state import Matter, Parameters
 
 _MOST_BYTES = 1 << 18
-"""Memory of the deformations that wait: what a processor's second cache holds."""
+"""Memory of the deformations that wait: as much as a processor's second cache holds."""
 
 
 class _Members(NamedTuple):

@@ -50,7 +50,7 @@ class ParallelDriver:
         self._boxes = torch.zeros((1, worlds, WINDOW_SIZE), dtype=torch.int32, device=device)
         self._step = torch.zeros(1, dtype=torch.int32, device=device)
         self._found = constants.new_zeros((worlds, 0, _FOUND))
-        # what particles add to the adjoints of the grid, see `lane_scatter`
+        # the particles' additions to the adjoints of the grid, see `lane_scatter`
         self._contributions = constants.new_zeros((worlds, 0, 4 * (1 + variant.uses(AFLIP)), 4))
 
     def check_room(self, windows: Tensor) -> None:
@@ -85,7 +85,7 @@ class ParallelDriver:
         culprit: Tensor,
         count: int,
     ) -> None:
-        """`survey.survey`, as a reduction of what is found of every particle."""
+        """`survey.survey`, as a reduction of the findings of all particles."""
         if not self._found.numel():  # for all matter, as a launch with other arrays has to be prepared anew
             self._found = self._found.new_zeros((len(alive), matter.state.shape[2], _FOUND))
         arrays = (matter.state, parameters.body, self._constants, alive, self._found)

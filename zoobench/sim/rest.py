@@ -30,9 +30,9 @@ def come_to_rest(solver: Solver, frames: int) -> Matter:
     is_level = solver.scene.ground is None or solver.scene.ground.terrain is None
     for _ in range(MOST_ROUNDS if is_level else 0):
         solver.start_at(state)
-        place = _centre(solver)
+        before = _centre(solver)
         further = solver.equilibrate(frames // 2)
-        moved = np.hypot(*(_centre(solver) - place)[[0, 2]])
+        moved = np.hypot(*(_centre(solver) - before)[[0, 2]])
         if moved < REST_SPEED * (frames // 2) * solver.frame_seconds:
             break
         state = further

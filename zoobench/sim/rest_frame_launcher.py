@@ -105,7 +105,7 @@ class RestFrameLauncher(Launcher):
         )  # fmt: skip
 
     def _tensors(self, cells: RestCells) -> tuple[Tensor, ...]:
-        """The cells as the kernels take them, and room for what they gather from the particles of a world."""
+        """The cells as the kernels take them, and memory for values gathered from the particles of a world."""
         count, shapes = len(cells.nodes), len(cells.slopes)
         turned = cells.slopes.transpose(0, 3, 2, 1).reshape(shapes, 3 * LANES, LANES)  # by lane and axis
         room, nodes = self._wide(np.zeros((count, 7, LANES))), len(cells.places)

@@ -88,7 +88,7 @@ class Simulation:
         order = self.particle_count if self.launcher.variant.sleep else 0
         self._plan = LaunchPlan.none(worlds, self._real, device, order)
         if scene.water:
-            # of all particles, absent ones too: it must not change with what a design optimises
+            # of all particles, absent ones too: it must not change with the variables that a design optimises
             covered = cover(scene.robot.positions, scene.robot.volumes, fidelity.grid_spacing)
             self.parameters.cover[:] = self.tensor(covered)
         self._muscle_energy = MuscleEnergy(scene.robot.material.muscle_strength)
@@ -97,13 +97,13 @@ class Simulation:
 
     @property
     def origins(self) -> Array:
-        """What the positions of `matter` are measured from in every world `[worlds, 3]` [m]: the grid's first node,
+        """The origin of the positions of `matter` in every world `[worlds, 3]` [m]: the grid's first node,
         where its arena is now; of a robot that carries its own, that of time zero."""
         return self.origin + self.offsets * (self.fidelity.robot == "mpm")
 
     @cached_property
     def neighbours(self) -> Neighbours:
-        """Of the robot's particles, absent ones too."""
+        """Neighbours of the robot's particles, absent ones too."""
         return Neighbours(self.scene.robot.positions, self.scene.robot_edge(self.fidelity))
 
     def is_alive(self) -> IntArray:
@@ -259,7 +259,7 @@ class Simulation:
             fetch(places, self.matter.x[0, :, : self.elastic_count] + there)
             fetch(velocities, self.matter.v[0, :, : self.elastic_count])
         if self.scene.follows and self.fidelity.robot != "mpm":
-            # no grid has to go with it, but what is drawn around the robot does, by whole cells
+            # no grid has to go with it, but the scenery drawn around the robot does, by whole cells
             h, moved = (
                 self.fidelity.grid_spacing,
                 places[:, : self.robot_count].mean(1) - self.scene.robot.positions.mean(0),

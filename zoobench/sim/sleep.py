@@ -1,4 +1,4 @@
-"""Which matter of a bed sleeps through a control frame: what nothing moving is near.
+"""Which matter of a bed sleeps through a control frame: matter with nothing moving near it.
 
 A particle of a solid medium is awake if the robot, or a particle of the medium that moves at least as fast as
 `Fidelity.sleep`, is within `REACH` cells of it in every direction. All others keep their state through the frame, and

@@ -329,7 +329,7 @@ class Solver:
         )
 
     def _segmentation(self, rollout: Rollout) -> Segmentation:
-        """What to store of an episode; its substeps are counted as declared."""
+        """The states of an episode to store; its substeps are counted as declared."""
         frames, substeps, rest = rollout.frames, self.substeps_per_frame, rollout.equilibration
         if self.checkpoint_interval is not None:
             return whole_frames(min(self.checkpoint_interval, frames), substeps + int(rest > 0))
@@ -363,8 +363,8 @@ def episode_memory(scene: Scene, fidelity: Fidelity, frames: int, substeps: int)
 
 
 def _trajectory_bytes(scene: Scene, fidelity: Fidelity, frames: int) -> int:
-    """Memory of the trajectory of one world, of its adjoints in double precision, of tensions with theirs, and of what
-    slept [bytes]."""
+    """Memory of the trajectory of one world, of its adjoints in double precision, of tensions with theirs, and of the
+    record of sleep [bytes]."""
     number, per_particle = fidelity.precision // 8, (frames + 1) * scene.elastic.particle_count
     trajectory = per_particle * (2 * 3 * (number + 8) + 2 * number)
     return trajectory + (frames * scene.particle_count if fidelity.sleep else 0)

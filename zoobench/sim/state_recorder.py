@@ -1,4 +1,4 @@
-"""What an episode leaves behind for its gradient, while it is simulated."""
+"""The recorder of the states that an episode's gradient needs, while it is simulated."""
 
 import numpy as np
 

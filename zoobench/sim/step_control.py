@@ -53,7 +53,7 @@ class Diagnostics:
         return [step_now(sim.scene, sim.fidelity, sim.frame_seconds, condition) for condition in self.survey()]
 
     def _look(self, *, robot_only: bool = False) -> list[Condition]:
-        """What the kernel finds."""
+        """The condition of every world, as the kernel finds it."""
         sim = self._sim
         sim.launcher.survey(sim.matter, sim.parameters, sim.alive, self._report, self._culprit, robot_only=robot_only)
         return [Condition(*row) for row in memory(self._report).tolist()]

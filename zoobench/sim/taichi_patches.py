@@ -106,8 +106,8 @@ def _bind(context: ASTTransformerContext, target: ast.expr, value: Any) -> None:
 
 
 _ASKED_OFTEN = ("getsourcefile", "getsourcelines", "has_pytorch", "to_taichi_type")
-"""What Taichi asks for at every call in a kernel and for every array of every launch: the source of a function, its
-lines without tabs, whether torch is there, and which of Taichi's types one of torch's is."""
+"""Functions that Taichi calls at every call in a kernel and for every array of every launch: the source of a function,
+its lines without tabs, whether torch is there, and which of Taichi's types one of torch's is."""
 
 _QUICK = (
     *((kernel_impl, name, functools.cache(getattr(kernel_impl, name))) for name in _ASKED_OFTEN),
@@ -120,7 +120,7 @@ _QUICK = (
 
 
 class SeenLaunch(NamedTuple):
-    """What Taichi made of a launch: the compiled kernel, the context with its arguments, and the calls that made it."""
+    """A launch as Taichi made it: the compiled kernel, the context with its arguments, and the calls that made it."""
 
     kernel: Any
     context: Any
@@ -142,7 +142,7 @@ _SETTERS = ("set_arg_external_array_with_shape", "set_arg_float", "set_arg_int")
 
 @contextmanager
 def seen_launches() -> Iterator[list[SeenLaunch]]:
-    """What is handed to Taichi's runtime within, by methods of Taichi that are watched until then."""
+    """The launches that Taichi's runtime receives within the context, seen by watching methods of Taichi."""
     seen: list[SeenLaunch] = []
     settings: list[tuple[Callable[..., None], tuple[Any, ...]]] = []
     makers: list[Callable[[], Any]] = []

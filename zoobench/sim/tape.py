@@ -35,7 +35,7 @@ class Tape:
         self._segment = 0
 
     def __del__(self) -> None:
-        """Free the memory at once: what Taichi compiled refers to its first tensors until garbage is collected."""
+        """Free the memory at once: compiled launches refer to their first tensors until garbage is collected."""
         for tensor in self.states.tensors():
             tensor.data = tensor.new_empty(0)
 
@@ -55,7 +55,7 @@ class Tape:
         return self._owner is not None and self._owner() is rollout and self._segment == segment
 
     def write_after(self, slot: int, world: int, state: Matter) -> None:
-        """Write what a world has at slot 0 of another state after a slot; where momenta are kept goes on."""
+        """Write a world's state at slot 0 of another state after a slot; the place of kept momenta goes on."""
         kept = self.states.window[slot, world, START:].clone()
         for target, source in zip(self.states.tensors(), state.tensors(), strict=True):
             target[slot + 1, world] = source[0, world]

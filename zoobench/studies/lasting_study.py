@@ -28,7 +28,7 @@ class LastingRow:
         run, key: number of the run that found the solution, or its name if it is published, and its key.
         task, frames: of the episode.
         score: over all of them; None without one.
-        end: what became of the robot, empty if it went on: `at a wall`, `turned away`, `torn in frame 252`,
+        end: how the episode of the robot ended, empty if it went on: `at a wall`, `turned away`, `torn in frame 252`,
             `diverged in frame 252`, or why there is no such episode.
         wall_gap: smallest distance from a side of the arena [cells]; None if nothing was simulated.
         home_gap: the same over the run's own frames; None if the long episode does not begin with them.
@@ -51,7 +51,7 @@ class LastingRow:
 
     @property
     def result(self) -> str:
-        """For people."""
+        """Score and end, for people."""
         score = "" if self.score is None else quantity_of(Ref.parse(self.task), self.unit).text(self.score)
         return ", ".join(filter(None, (score, self.end)))
 
@@ -64,7 +64,7 @@ def lasting(run: int | str, spec: RunSpec, parameters: Sequence[float], times: i
     arena: then nothing is simulated, and `end` says why.
 
     Raises:
-        UsageError: what was simulated in the run is not there any more, in its version.
+        UsageError: a component of the run is not installed any more in its version.
     """
     for kind, ref in ((kind, getattr(spec, axis)) for axis, kind in KINDS.items() if kind is not Kind.METHOD):
         registry.get(kind, ref.name, ref.version)
@@ -115,7 +115,7 @@ def _last_state(failure: Failure | None, frames: int) -> int:
 
 
 def _end(found: Evaluation, gap: float, frames: int) -> str:
-    """What became of a robot with this smallest gap from a side [cells], whose own episode has so many `frames`."""
+    """How an episode with this smallest `gap` from a side [cells] ended; `frames` is the length of the robot's own."""
     failure = found.failure
     if is_at_wall(gap):
         return AT_A_WALL

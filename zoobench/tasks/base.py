@@ -80,7 +80,7 @@ class Motion:
         return self._of_bodies[name]
 
     def forget(self) -> None:
-        """Forget what was read of states that have been overwritten since."""
+        """Forget readings of states that have been overwritten since."""
         self._known.clear()
 
     @property
@@ -236,7 +236,7 @@ class Situation:
 
 
 class ObservedPart(NamedTuple):
-    """A part of an observation, in words: its unit, - for pure numbers, and what it is."""
+    """A part of an observation, in words: its unit, - for pure numbers, and its meaning."""
 
     unit: str
     meaning: str
@@ -250,7 +250,7 @@ class Observed(Protocol):
     """
 
     def observed(self, situation: Situation) -> "Mapping[str, Tensor]":
-        """What the task adds, by name, each `[count]`, in numbers of order one; differentiable by the situation.
+        """The observations that the task adds, by name, each `[count]`, of order one; differentiable by the situation.
 
         Names and counts must be the same in every situation.
         """

@@ -29,7 +29,7 @@ class Mix(Task):
 
     Score, reward and objective are sums of weight times those of the tasks. These are in m/s (movement-speed, turning,
     velocity-tracking) or in m (waypoint-following, final-position), so that a weight has the unit 1/(m/s) or 1/m and
-    the sum has none. A negative weight punishes. Beside the score stands that of every task with a weight, in its unit.
+    the sum has none. A negative weight punishes. The score of every task with a weight is reported, too, in its unit.
 
     * `movement_speed`, `turning`, `velocity_tracking`, `waypoint_following`, `final_position`: the weights; one at
       least is not zero.
@@ -82,7 +82,7 @@ class Mix(Task):
 
     @property
     def observed_parts(self) -> Mapping[str, ObservedPart]:
-        """Of what its tasks add."""
+        """The parts of the observations that its tasks add."""
         return {
             f"{name}_{part}": told
             for name, (_, task) in self.terms.items()
@@ -90,7 +90,7 @@ class Mix(Task):
         }
 
     def observed(self, situation: Situation) -> Mapping[str, "Tensor"]:
-        """What its tasks add, each under the task's name."""
+        """The observations that its tasks add, each under the task's name."""
         return {
             f"{name}_{part}": values
             for name, (_, task) in self.terms.items()

@@ -1,7 +1,7 @@
 """Products and eigenvectors of small matrices whose rounding no library decides.
 
 BLAS and LAPACK choose their code by the processor's make, so that equal inputs give other last digits elsewhere. Sums,
-products and roots of single numbers are rounded alike on every processor, and here they have one order.
+products and roots of single numbers are rounded in the same way on every processor, and here they have one order.
 """
 
 import math
@@ -59,9 +59,9 @@ def _eigen_of_one(columns: list[list[float]]) -> tuple[list[float], list[list[fl
     for _ in range(_SWEEPS):
         for p, q in combinations(range(size), 2):
             one, other = table[p], table[q]
-            apart, beside = other[q] - one[p], other[p]
-            length = abs(apart) + math.sqrt(apart * apart + 4.0 * beside * beside)
-            tangent = (-2.0 if apart < 0.0 else 2.0) * beside / (length if length > 0.0 else 1.0)
+            apart, off_diagonal = other[q] - one[p], other[p]
+            length = abs(apart) + math.sqrt(apart * apart + 4.0 * off_diagonal * off_diagonal)
+            tangent = (-2.0 if apart < 0.0 else 2.0) * off_diagonal / (length if length > 0.0 else 1.0)
             cosine = 1.0 / math.sqrt(1.0 + tangent * tangent)
             sine = tangent * cosine
             pairs = list(zip(one, other, strict=True))
@@ -75,12 +75,12 @@ def _eigen_of_one(columns: list[list[float]]) -> tuple[list[float], list[list[fl
     return [values[n] for n in order], [[table[n][size + row] for n in order] for row in range(size)]
 
 
-def _rotation(first: Array, second: Array, beside: Array) -> tuple[Array, Array]:
+def _rotation(first: Array, second: Array, off_diagonal: Array) -> tuple[Array, Array]:
     """Cosine and sine, `[..., 1]` each, of the smaller rotation that removes an off-diagonal element `[...]`."""
     apart = second - first
-    # tan t = sign(d) 2 b / (|d| + sqrt(d^2 + 4 b^2)), of elements d apart and b beside the diagonal
-    length = np.abs(apart) + np.sqrt(apart * apart + 4.0 * beside * beside)
-    tangent = np.where(apart < 0.0, -2.0, 2.0) * beside / np.where(length > 0.0, length, 1.0)
+    # tan t = sign(d) 2 b / (|d| + sqrt(d^2 + 4 b^2)), of diagonal elements d apart and an off-diagonal b
+    length = np.abs(apart) + np.sqrt(apart * apart + 4.0 * off_diagonal * off_diagonal)
+    tangent = np.where(apart < 0.0, -2.0, 2.0) * off_diagonal / np.where(length > 0.0, length, 1.0)
     cosine = 1.0 / np.sqrt(1.0 + tangent * tangent)
     return cosine[..., None], (tangent * cosine)[..., None]
 

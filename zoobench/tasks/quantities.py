@@ -1,4 +1,4 @@
-"""What the scores of a task are called: scores, of which more is better, or errors, of which less is, and their unit.
+"""The quantity of a task's scores and its unit: a score, of which more is better, or an error, of which less is.
 
 Methods maximise a score, so that of a task with an error is below zero. People are shown the error.
 """
@@ -23,7 +23,7 @@ class Quantity:
 
     @property
     def noun(self) -> str:
-        """What it is called."""
+        """Its name."""
         return "error" if self.is_error else "score"
 
     @property
@@ -39,7 +39,7 @@ class Quantity:
 
     @property
     def sign(self) -> float:
-        """By which a score is multiplied to be shown."""
+        """Factor by which a score is multiplied to be shown."""
         return -1.0 if self.is_error else 1.0
 
     def text(self, score: float, digits: int = 4) -> str:
@@ -49,12 +49,12 @@ class Quantity:
 
 
 def heading(quantities: Iterable[Quantity]) -> str:
-    """What a column or an axis with all of these is called: `score`, `error`, or `score or error`."""
+    """The heading of a column or an axis with all of these: `score`, `error`, or `score or error`."""
     return " or ".join(sorted({quantity.noun for quantity in quantities}, reverse=True)) or "score"
 
 
 def quantity_of(task: Ref, unit: str = "") -> Quantity:
-    """The quantity of a task's scores, in the unit that is stored beside them, or that of the task itself."""
+    """The quantity of a task's scores, in the unit that is stored with them, or that of the task itself."""
     if task.name not in registry.names(Kind.TASK):
         return Quantity(False, unit)
     component = registry.get(Kind.TASK, task.name)

@@ -1,4 +1,4 @@
-"""Metrics that every task reports beside its score: distance, speed and energy."""
+"""Metrics that every task reports besides its score: distance, speed and energy."""
 
 from typing import TYPE_CHECKING
 

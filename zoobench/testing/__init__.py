@@ -1,6 +1,6 @@
-"""What every component owes, as checks for the tests of a package that adds one; `zoobench new` writes such a package.
+"""The requirements of every component, as checks for the tests of a package that adds one, as `zoobench new` writes it.
 
-Each check simulates a few control frames at most and raises AssertionError with what is wrong.
+Each check simulates a few control frames at most and raises AssertionError with the fault.
 """
 
 from zoobench.testing.component_checks import check_body, check_controller, check_documentation, check_units

@@ -111,7 +111,7 @@ def check_controller(name: str) -> None:
 
 
 def _activity(controller: Controller, params: "Tensor") -> "Tensor":
-    """Of the muscles over a standard episode; observations of a closed loop are random."""
+    """Activity of the muscles over a standard episode; observations of a closed loop are random."""
     import torch
 
     times = torch.arange(_FRAMES, dtype=torch.float64) * FRAME_SECONDS

@@ -6,7 +6,7 @@ from zoobench.arrays import Array
 
 
 class MemoryContext:
-    """Keeps what a method reports.
+    """Keeps the reports of a method.
 
     Attributes:
         stored: the last checkpoint; None before the first.

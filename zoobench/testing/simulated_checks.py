@@ -80,9 +80,9 @@ def check_rest(spec: RunSpec, fastest: float = 1e-6) -> None:
 def check_method(name: str) -> None:
     """Check a method on a small cell: it honours its budget, and interrupted it comes to the end of a whole run.
 
-    Its solution gives its score again. What is stopped after two of four iterations and goes on from its checkpoint has
-    the solution, facts, curve and cost of what was not, bit for bit. A method that trains a policy begins its episodes
-    anew, so that it need not.
+    Its solution gives its score again. A run stopped after two of four iterations and resumed from its checkpoint has
+    the solution, facts, curve and cost of an uninterrupted run, bit for bit. A method that trains a policy begins its
+    episodes anew, so that it need not.
 
     Raises:
         AssertionError: one of these does not hold.

@@ -23,7 +23,7 @@ def short_table(rows: Sequence[LevelRow]) -> Table:
 
 
 def level_table(rows: Sequence[LevelRow]) -> Table:
-    """One row per level, or knob: errors in percent with the uncertainty of the reference, what it decides, costs."""
+    """One row per level, or knob: errors in percent with the uncertainty of the reference, reliable rankings, costs."""
     return _table(
         rows, "env", "task", "fidelity", ("score error", _error), ("score / finest", _band),
         ("finest / score where trained", lambda row: _percent(row.transfer)),
@@ -98,7 +98,7 @@ def _table(rows: Sequence[Any], *columns: str | tuple[str, Callable[[Any], str]]
 
 
 def _error(row: LevelRow) -> str:
-    least = "" if row.checked else " or more"  # two transfers on one grid may be off alike
+    least = "" if row.checked else " or more"  # two transfers on one grid may have the same error
     unknown = "" if row.unknown is None else f" ± {_percent(row.unknown)}{least}"
     return "not known" if row.error is None else f"{_percent(row.error)}{unknown}"
 

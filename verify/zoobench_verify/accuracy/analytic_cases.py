@@ -19,7 +19,7 @@ class Solved:
     """The result of a case on one grid.
 
     Attributes:
-        rig: what moved it on, in its final state.
+        rig: that moved it on, in its final state.
         errors: by quantity, relative to the exact answer, or to the motion's amplitude where that is zero.
     """
 
@@ -45,11 +45,11 @@ class AnalyticCase:
 
 
 SECOND = (1.8, 2.2)
-"""In the interior: the order of the splines' interpolation."""
+"""Order in the interior: that of the splines' interpolation."""
 THIRD = (2.7, 3.3)
 """A step loses (k h)^4 / 80 of a wave (`validate.waves`), and a period has 1 / h steps."""
 FIRST = (0.8, 1.3)
-"""At walls, which act on single nodes, and for errors at the ends of a step."""
+"""Order at walls, which act on single nodes, and for errors at the ends of a step."""
 
 _SLOPE, _FRICTION = 23.5, 0.4  # friction is nine tenths of the downhill force, so that the distance is sensitive to it
 _DAMPED = 300.0  # [Pa s]: the block does not flutter, see `friction.slide`

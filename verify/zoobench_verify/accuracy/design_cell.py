@@ -20,7 +20,7 @@ class DesignCell:
     """The gaits of one environment, task and design at every fidelity, and their references.
 
     The reference of a gait is its mean score by both transfers at the finest level at which half of the gaits were
-    evaluated. Judges of it are these two, and what some gaits score at levels that are finer still.
+    evaluated. Judges of it are these two, and the scores of some gaits at levels that are finer still.
 
     Attributes:
         design: its name with the parameters that are not the default ones.
@@ -145,12 +145,12 @@ def twin_of(level: str) -> str:
 
 
 def training_of(gait: str) -> str:
-    """The training in which a gait was found."""
+    """The training run in which a gait was found."""
     return gait.partition("@")[0]
 
 
 def stage_of(gait: str) -> int:
-    """The number of a gait in its training; a stage without a better gait than the one before has none."""
+    """The number of a gait in its training run; a stage without a better gait than the one before has none."""
     return int(gait.partition("@")[2])
 
 

@@ -44,7 +44,7 @@ class Losses:
 def balances(specs: Iterable[RunSpec], *, on_case: Callable[[str], None] = lambda _: None) -> Iterator[Balance]:
     """Energy balances of a short episode for every environment and fidelity of the study's runs.
 
-    What diverges or has no balance is reported to `on_case` and left out.
+    Episodes that diverge or have no balance are reported to `on_case` and left out.
     """
     cases = {(spec.env, spec.fidelity): spec for spec in specs if not spec.fidelity.kwargs["shift"]}
     for spec in cases.values():
@@ -103,7 +103,7 @@ def follow(solver: Solver, rollout: Rollout) -> tuple[Losses, float]:
         for _ in range(count):
             _substep(solver, solver.frame_seconds / count, losses)
     after = energy_balance(solver)
-    # what the ground's skin took and holds is stored, not lost
+    # energy that the ground's skin took and holds is stored, not lost
     losses.contact -= after.skin - before.skin
     return losses, after.total - before.total
 

@@ -1,4 +1,4 @@
-"""Velocity gradients that particles see on the grid, on the host: what moves and deforms them, whatever they keep."""
+"""Velocity gradients that particles see on the grid, on the host: those that deform them, with every transfer."""
 
 import numpy as np
 from scipy.interpolate import BSpline

@@ -16,7 +16,7 @@ HELD = 0.95
 """Share of the pairs whose order must hold."""
 
 NEIGHBOURS = 20
-"""Pairs of like ratio among which that is judged; with fewer, a single one would be more than what may fail."""
+"""Pairs of like ratio among which that is judged; with fewer, a single one would exceed the share that may fail."""
 
 Pair = tuple[float, bool]
 """The better of two scores by the worse, and whether their order is known to hold."""
@@ -40,9 +40,9 @@ class _Gait:
 
 
 def orders_of_one_body(cells: Iterable[DesignCell], name: str) -> KeptOrders:
-    """Of gaits of the same body; but for those of one training, whose order nobody asks for.
+    """Orders of gaits of the same body, without pairs from one training run, whose order nobody asks for.
 
-    What all references of a body have in common, as an error of the finest grid, leaves its orders as they are: each
+    An error that all references of a body share, such as that of the finest grid, does not change its orders: each
     judge of the references must agree.
     """
     pairs = [pair for cell in cells for pair in combinations(_gaits(cell), 2)]
@@ -50,9 +50,9 @@ def orders_of_one_body(cells: Iterable[DesignCell], name: str) -> KeptOrders:
 
 
 def orders_of_two_bodies(cells: Iterable[DesignCell], name: str) -> KeptOrders:
-    """Of gaits of different bodies that were trained alike.
+    """Orders of gaits of different bodies that were trained in the same way.
 
-    Each judge must agree, and the references differ by more than what they are uncertain by.
+    Each judge must agree, and the references differ by more than their uncertainty.
     """
 
     def known(one: _Gait, two: _Gait) -> bool:
@@ -95,7 +95,7 @@ def _gaits(cell: DesignCell) -> list[_Gait]:
 
 
 def _orders(pairs: Iterable[tuple[_Gait, _Gait]], name: str, known: Callable[[_Gait, _Gait], bool]) -> KeptOrders:
-    """Of those pairs that can be compared at a fidelity, where `known` tells whether their references can."""
+    """Orders of those pairs that can be compared at a fidelity, where `known` tells whether their references can."""
     compared = [pair for pair in pairs if _can_compare(*pair, name)]
     judged = [(ratio, holds and known(*pair)) for pair in compared for ratio, holds in [_judged(*pair, name)]]
     return KeptOrders(deciding(judged), len(judged), tuple(sorted({gait.design for pair in compared for gait in pair})))

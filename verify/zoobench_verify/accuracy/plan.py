@@ -1,6 +1,6 @@
 """Runs of the accuracy study: gaits are trained at some levels, and each is then evaluated at every level.
 
-All are runs of the queue, resumed and stored like others: trainings of `diffphysics`, whose milestones are the gaits,
+All are runs of the queue, resumed and stored like others: training by `diffphysics`, whose milestones are the gaits,
 and evaluations by the method `probe`.
 """
 
@@ -38,9 +38,9 @@ class StudyPlan:
     Attributes:
         levels: at which gaits are evaluated, names out of `LADDER`; the finest is the reference.
         found: of these, the levels at which gaits are trained.
-        seeds: trainings of every cell at every level of `found`.
-        iterations: of a training.
-        stages: gaits of a training: its solution, and the best after half of the iterations, a quarter and so on.
+        seeds: training runs of every cell at every level of `found`.
+        iterations: of a training run.
+        stages: gaits of a training run: its solution, and the best after half of the iterations, a quarter and so on.
         frames: length of an episode in control frames.
         gradients: the finest level with gradients; "" for none.
         around: the level at which knobs are turned; "" for none.
@@ -93,7 +93,7 @@ def other_transfer(level: str) -> str:
 def trainings(
     envs: Sequence[Ref], tasks: Sequence[Ref], plan: StudyPlan, designs: Sequence[Ref] | None = None
 ) -> list[RunSpec]:
-    """The trainings, those of cheap levels first; without `designs` of the animals that are at home in an environment.
+    """The training runs, those of cheap levels first; without `designs` of the animals of each environment.
 
     Raises:
         UnknownNameError, UsageError: a name or parameter that cannot be used.
@@ -109,7 +109,7 @@ def trainings(
 
 
 def evaluations(trained: Iterable[RunSpec], plan: StudyPlan) -> list[RunSpec]:
-    """The runs that evaluate the gaits of these trainings, one for each cell, level found at and fidelity."""
+    """The runs that evaluate the gaits of these training runs, one for each cell, level found at and fidelity."""
     homes: dict[RunSpec, list[str]] = {}
     for spec in trained:
         homes.setdefault(replace(spec, seed=0), []).append(run_name(spec.key()))

@@ -22,7 +22,7 @@ RANDOM = "random"
 """Stands in the place of a level for controllers that were drawn and not trained."""
 
 Numbers = dict[str, float]
-"""A number of each gait, by `training@stage`; none of a gait that diverged."""
+"""A number of each gait, by training run and stage as `training@stage`; none of a gait that diverged."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class Balance:
 
     @property
     def unexplained(self) -> float:
-        """Energy lost (gained, if negative) without a physical cause, as a share of what was put in."""
+        """Energy lost (gained, if negative) without a physical cause, as a share of the energy put in."""
         gone = self.muscles - self.stored - self.viscous - self.plastic - self.contact
         return gone / self.put_in if self.put_in else math.nan
 

@@ -62,7 +62,7 @@ def measure(env: Ref, fidelity: Ref, *, worlds: int = 1, gradients: bool = True,
     """Measure episodes with full muscle activation in a travelling wave.
 
     Raises:
-        UsageError: this machine has not the device of the fidelity, or the device not what the scene needs.
+        UsageError: this machine lacks the device of the fidelity, or the device cannot simulate the scene.
         DivergenceError: the simulation diverged.
     """
     grid: Fidelity = registry.create(Kind.FIDELITY, fidelity)

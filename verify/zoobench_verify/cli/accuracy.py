@@ -1,4 +1,4 @@
-"""`zoobench verify accuracy`: how far gaits' scores at each fidelity are from the finest, and what that costs."""
+"""`zoobench verify accuracy`: errors of gaits' scores at each fidelity against the finest, and costs."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, replace
@@ -95,7 +95,7 @@ def run(
     jobs: WorkersOption = 2,
     db: DatabaseOption = DEFAULT_DATABASE,
 ) -> None:
-    """Run what the accuracy study has no result of yet.
+    """Run the simulations that the accuracy study still needs.
 
     Gaits are trained by gradient at the fidelities of --train-at. Gaits from several stages of each training run are
     evaluated at every fidelity, at the finest also with a second transfer scheme. The energy balance of a short episode
@@ -240,7 +240,7 @@ def _level_rate(env: "Ref", fidelity: "Ref") -> "LevelRow | None":
 
 
 def _run(wanted: "list[RunSpec]", db: str, jobs: int) -> "list[RunSpec]":
-    """Do what is not done of these runs; those that are done then."""
+    """Execute the missing ones of these runs; returns those that are done then."""
     from zoobench.cli.progress import carry_out
     from zoobench.db.rows import RunState
     from zoobench.db.store import Store

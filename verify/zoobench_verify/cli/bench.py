@@ -18,14 +18,15 @@ def bench(
     env: EnvOption = "*",
     fidelity: OneFidelityOption = "draft",
     worlds: Annotated[int, Option("--worlds", min=1, help="Worlds simulated in parallel.")] = 1,
-    gradients: Annotated[bool, Option(help="Measure the backward pass, too.")] = True,
+    gradients: Annotated[bool, Option(help="Also measure the backward pass.")] = True,
     repeats: Annotated[int, Option("--repeats", min=1, help="Episodes per environment; the median is shown.")] = 5,
     form: FormatOption = Format.TABLE,
 ) -> None:
     """Measure the speed of the simulator on this machine.
 
-    Shows how many control frames of 8 ms one core simulates per second: of the caterpillar in each environment, forward
-    and with the gradient, with the least and the largest of the repeats. M/s are million particle-substeps per second.
+    The speed is control frames of 8 ms simulated per second on one core, for the caterpillar in each environment,
+    forward and with the gradient, as the median with minimum and maximum over the repeats. M/s are million
+    particle-substeps per second.
     """
     from zoobench.harness.grid import parse_one, parse_selector
     from zoobench.registry import Kind

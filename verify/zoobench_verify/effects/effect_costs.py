@@ -72,7 +72,7 @@ class Ratio:
         first, second: geometric means of their readings, in their unit.
         value: of the former to the latter [-], which is the geometric mean of the rounds' ratios.
         low, high: the 95 % Student-t interval of that mean, from the logarithms of the rounds' ratios; None for a
-            single round. What slows a whole round down is in neither.
+            single round. An influence that slows a whole round down is in neither.
     """
 
     first: float
@@ -144,7 +144,7 @@ def _gradient_costs(studied: StudiedScene, repeats: int) -> Iterator[EffectCost]
     def differentiate() -> float:
         return cpu_seconds(lambda: keeper.backward(run(keeper, WARM_FRAMES), adjoint, adjoint))
 
-    for effect, without_it, measured, direction, held in (
+    for effect, without_it, measured, direction, memory in (
         ("checkpoints", "gradients off", keep, "forward", stored),
         ("gradient", "forward only", differentiate, "reverse", stored + adjoint_bytes(keeper, rollout)),
     ):
@@ -167,7 +167,7 @@ def _gradient_costs(studied: StudiedScene, repeats: int) -> Iterator[EffectCost]
             ratio=ratio.value,
             low=ratio.low,
             high=ratio.high,
-            bytes=held / keeper.particle_count,
+            bytes=memory / keeper.particle_count,
             bytes_without=state_bytes(plain) / plain.particle_count,
         )
 
@@ -249,8 +249,10 @@ def kept_bytes(solver: Solver, rollout: Rollout) -> int:
 
 def adjoint_bytes(solver: Solver, rollout: Rollout) -> int:
     """Bytes of one world's adjoints."""
-    held = vars(solver.adjoint(rollout)).values()
-    return sum(tensor_bytes(item.tensors()) for item in held if isinstance(item, Matter | Parameters)) // solver.worlds
+    fields = vars(solver.adjoint(rollout)).values()
+    return (
+        sum(tensor_bytes(item.tensors()) for item in fields if isinstance(item, Matter | Parameters)) // solver.worlds
+    )
 
 
 def tensor_bytes(tensors: "Sequence[Tensor]") -> int:

@@ -1,8 +1,8 @@
 """`zoobench verify gradcheck`: adjoint gradients against central differences, in double precision.
 
 Beyond some horizon contact and chaos make the objective so rough that a difference quotient is no derivative: the error
-grows there though the gradient is exact. `summarise` says where, from the rows and two episodes that begin almost
-alike.
+grows there though the gradient is exact. `summarise` says where, from the rows and two episodes with almost equal
+starts.
 """
 
 import itertools

@@ -63,7 +63,7 @@ def bad_actuation(record: EpisodeRecorder) -> None:
     record.refuses("no frame", "was expected", lambda: solver.run(np.zeros((0, 1, 1))))
     stiff = BodyState(stiffness=np.full((1, solver.robot_count), 2.0))
     words = "declared when the solver was made"
-    record.refuses("stiffness beyond what was declared", words, lambda: solver.run(still, stiff))
+    record.refuses("stiffness above the declared bound", words, lambda: solver.run(still, stiff))
     ghost = BodyState(occupancy=np.zeros((1, solver.robot_count)))
     record.refuses("a body without occupancy", "empty", lambda: solver.run(still, ghost))
 
@@ -71,11 +71,11 @@ def bad_actuation(record: EpisodeRecorder) -> None:
 @case("one-particle")
 def one_particle(record: EpisodeRecorder) -> None:
     """A robot of one particle falls on the ground and stays there; particles without occupancy have no effect on it."""
-    place = np.array([[0.35, 0.05, 0.37]])
+    position = np.array([[0.35, 0.05, 0.37]])
     paths = []
     for ghosts in (0, 50):
         around = np.random.default_rng(11).uniform(0.3, 0.45, (ghosts, 3)) * [1.0, 0.3, 1.0]
-        body = scenes.passive(np.concatenate([place, around]))
+        body = scenes.passive(np.concatenate([position, around]))
         body = replace(body, occupancy=np.r_[1.0, np.zeros(ghosts)])
         rollout, energies = record.episode(Solver(scenes.drop(body), scenes.fidelity(64)), 40)
         record.energy_bounded(energies, f"{ghosts} ghosts: ")

@@ -60,13 +60,13 @@ def nearly_incompressible(record: EpisodeRecorder) -> None:
     for ratio in (0.3, 0.49, 0.499):
         material = ElasticMaterial(youngs_modulus=8e4, poissons_ratio=ratio, density=1000.0)
         body = scenes.passive(scenes.lattice((0.3125, 0.0, 0.3125), (3, 8, 3)), material)
-        scene = standing(scenes.drop(body, friction=0.0), scenes.EDGE)  # the skin yields alike before and after
+        scene = standing(scenes.drop(body, friction=0.0), scenes.EDGE)  # the skin is as compressed before as after
         solver, risen = Solver(scene, scenes.fidelity(64)), scene.robot.positions[0, 1] - body.positions[0, 1]
         state = solver.equilibrate(round(0.6 / solver.frame_seconds))
         record.add_step(solver, solver.dt)
-        place = state.x[0, 0].cpu().numpy() + solver.origin
+        positions = state.x[0, 0].cpu().numpy() + solver.origin
         top = body.positions[:, 1] > height - 0.5 * scenes.SPACING
-        depth = float((body.positions[top, 1] - place[top, 1]).mean() + risen)
+        depth = float((body.positions[top, 1] - positions[top, 1]).mean() + risen)
         fibre = body.positions[top, 1].mean()  # initial height of the layer, H - a quarter of a cell
         exact = 1000.0 * 9.81 * (height * fibre - 0.5 * fibre**2) / 8e4
         record.at_most(f"nu = {ratio:g}: settlement / exact", depth / exact, 1.2)

@@ -107,7 +107,9 @@ def measure(record: EpisodeRecorder, *, contact: bool, frames: int = FRAMES, nud
         record.holds(f"{precision} bits: finite", not found.fault and bool(np.isfinite(found.actuation).all()))
         rollouts[precision], gradients[precision] = rollout, found.actuation[:, 0]
     exact, positions = gradients[64], rollouts[64].positions
-    beside = SingleSegment(solver, rollouts[32], adjoints[32].states).run(loss, np.zeros_like(loss)).actuation[:, 0]
+    on_its_path = (
+        SingleSegment(solver, rollouts[32], adjoints[32].states).run(loss, np.zeros_like(loss)).actuation[:, 0]
+    )
     where = "on the ground" if contact else "in mid-air"
     moved = float(np.abs(positions - positions[0]).max()) / scenes.SPACING
     record.at_least(f"{where}, way of a particle, the longest [cells]", moved, 0.1)
@@ -115,7 +117,7 @@ def measure(record: EpisodeRecorder, *, contact: bool, frames: int = FRAMES, nud
     nudge = float(np.sqrt(np.square(apart).sum(-1).mean()))
     return Gap(
         exact=exact,
-        arithmetic=_relative(gradients[32], beside),
+        arithmetic=_relative(gradients[32], on_its_path),
         total=_relative(gradients[32], exact),
         distance=float(np.abs(apart).max()),
         reach=float((positions - solver.origin).max()),
@@ -146,10 +148,10 @@ def check_gap(record: EpisodeRecorder, gap: Gap, *, contact: bool, frames: int) 
     where, substeps = "on the ground" if contact else "in mid-air", frames * SUBSTEPS
     record.at_most(f"{where}, adjoint of 32 bits against 64 on its path", gap.arithmetic, substeps * _EPSILON)
     half = 0.5 * float(np.spacing(np.float32(gap.reach)))
-    record.at_most(f"{where}, path of 32 bits beside that of 64 [m]", gap.distance, substeps * half)
+    record.at_most(f"{where}, path of 32 bits off that of 64 [m]", gap.distance, substeps * half)
     if contact:
         nudged = ", ".join(f"{found:.2g}" for found in gap.nudged)
-        record.remark(f"{where}, 32 bits against 64 {gap.total:.2g}, 64 bits against 64 as far beside {nudged}")
+        record.remark(f"{where}, 32 bits against 64 {gap.total:.2g}, 64 bits against 64 as far off {nudged}")
     else:
         record.at_most(f"{where}, 32 bits against 64", gap.total, 1e-3)
 

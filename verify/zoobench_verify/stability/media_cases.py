@@ -160,8 +160,8 @@ def dam_break(record: EpisodeRecorder) -> None:
 def _tank(cells: tuple[int, int, int]) -> Scene:
     medium = scenes.bed_of(scenes.medium_material("water"), scenes.lattice(scenes.ORIGIN, cells))
     arena = (cells[0] * _H, (cells[1] + 8) * _H, cells[2] * _H)
-    place = (arena[0] / 2, cells[1] * _H / 2, arena[2] / 2)
-    return Scene(scenes.bystander(place), scenes.ORIGIN, arena, medium=medium, ground=Ground(0.0))
+    middle = (arena[0] / 2, cells[1] * _H / 2, arena[2] / 2)
+    return Scene(scenes.bystander(middle), scenes.ORIGIN, arena, medium=medium, ground=Ground(0.0))
 
 
 @case("tank-at-rest", is_fast=False)

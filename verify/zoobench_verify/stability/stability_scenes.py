@@ -23,7 +23,7 @@ Vector = tuple[float, float, float]
 SPACING = 1 / 32
 PER_CELL = 8
 EDGE = SPACING / 2
-"""Of the cubes that particles stand for, eight in a cell [m]."""
+"""Edge of the cubes that particles represent, eight in a cell [m]."""
 STILL = (0.0, 0.0, 0.0)
 ORIGIN = (0.0, 0.0, 0.0)
 MIDDLE = (0.3125, 0.3125, 0.3125)

@@ -55,8 +55,8 @@ def free_fall(record: CaseRecorder, precision: int) -> None:
 def spinning_disc(record: CaseRecorder, precision: int, transfer: Transfer) -> None:
     """One revolution of a free elastic disc of 6.4 cells radius.
 
-    All transfers conserve momentum to round-off, APIC the angular momentum, too. What AFLIP keeps turns with the
-    particles to first order in the step, so that it conserves the angular momentum but for 1e-6.
+    All transfers conserve momentum to round-off, APIC the angular momentum, too. The velocity that AFLIP keeps turns
+    with the particles to first order in the step, so that it conserves the angular momentum but for 1e-6.
 
     It starts spinning and unstretched, so that it also oscillates radially; its energy is kinetic (affine motion
     included) and elastic. Round-off in float32 adds 3e-9 of the angular momentum in every substep of any length, so

@@ -34,8 +34,8 @@ class _Element:
     """
 
     def __init__(self, material: Medium, strains: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> None:
-        place = np.array([[0.5, 0.5, 0.5]])
-        medium = bed(material, place, _SPACING**3, np.array([strains]))
+        position = np.array([[0.5, 0.5, 0.5]])
+        medium = bed(material, position, _SPACING**3, np.array([strains]))
         scene = Scene(dust((0.5, 0.5, 0.5), _SPACING), (0, 0, 0), (1, 1, 1), medium=medium, gravity=WEIGHTLESS)
         self._rig, self.off = Rig(scene, _SPACING, _STEP), 0.0
 

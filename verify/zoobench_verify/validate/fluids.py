@@ -204,7 +204,7 @@ def _immersed(
 
 
 def _around(points: Array, low: Array, high: Array, h: float) -> tuple[Array, Array]:
-    """What a block leaves of particles that stand for squares of half a cell: centroids [m] and volumes [m^3].
+    """The rest that a block leaves of particles that stand for squares of half a cell: centroids [m] and volumes [m^3].
 
     Args:
         points: centres of the squares `[n, 3]` [m].

@@ -22,7 +22,7 @@ _H = 1 / 64
 _PUSH = 0.3
 """Depth to which a footing is pushed [cells]."""
 _SPEED = 0.005
-"""Of the footing [m/s]: at twice this speed the inertia of the clay adds a tenth."""
+"""Speed of the footing [m/s]: at twice this speed the inertia of the clay adds a tenth."""
 _RAMP = 0.2
 """Share of the time in which the footing gains its speed."""
 _PIECES = 30
@@ -41,7 +41,7 @@ _THIN_MUD = MudMaterial(1e5, 0.3, 1600.0, yield_stress=_CLAY.yield_stress, visco
 
 
 class Push(NamedTuple):
-    """What a footing did, in means over parts of its way `[parts]`, all read from its particles.
+    """The motion and the forces of a footing, in means over parts of its way `[parts]`, all read from its particles.
 
     Attributes:
         depth: [cells].
@@ -72,9 +72,9 @@ def footing(
         place: of its edges behind a column of nodes [cells].
     """
     rough, deep, high, edge = depth is not None, depth or max(2 * cells, 8), 4, _H / 2
-    beside = max(2 * min(cells, deep), 8)
-    wide, top = (cells + 2 * beside) * _H, deep * _H
-    left = (beside + place) * _H
+    margin = max(2 * min(cells, deep), 8)
+    wide, top = (cells + 2 * margin) * _H, deep * _H
+    left = (margin + place) * _H
     block = lattice((left, top, 0.0), (left + cells * _H, top + high * _H, _H), edge)
     layer = bed(material, lattice((0.0, 0.0, 0.0), (wide, top, _H), edge), edge**3)
     scene = Scene(

@@ -15,7 +15,7 @@ from zoobench_verify.validate.rig import GRAVITY, Rig, lattice, passive_body
 
 _STIFF = ElasticMaterial(youngs_modulus=1e6, poissons_ratio=0.2, density=1000.0)
 _LENGTH = 6 / 32
-"""Of the block along the plane [m]; it is half as high and as wide."""
+"""Length of the block along the plane [m]; it is half as high and as wide."""
 _CELLS = 6
 _RAMP = 0.2
 """Time over which the plane is tilted [s]. After a sudden tilt the elastic block would overshoot and slip."""

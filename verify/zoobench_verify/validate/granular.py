@@ -201,7 +201,7 @@ _OBSERVED = {
 """Lube et al. 2005: 1.2 a of sand up to a = 2.8, then 1.9 a^(2/3). Lajeunesse et al. 2005: 1.8 a of glass up to 3."""
 
 _SCATTER = 0.15
-"""Of observed run-outs about these laws [-]."""
+"""Scatter of observed run-outs about these laws [-]."""
 
 
 @case(

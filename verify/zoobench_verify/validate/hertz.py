@@ -17,7 +17,7 @@ from zoobench_verify.validate.rig import WEIGHTLESS, Reals, Rig
 
 _BALL = ElasticMaterial(youngs_modulus=1e4, poissons_ratio=0.3, density=1000.0)
 _RADIUS = 0.5
-"""Of the sphere [m], a hundred times the thickness of any layer that a law of contact may have."""
+"""Radius of the sphere [m], a hundred times the thickness of any layer that a law of contact may have."""
 _PACE = 0.03
 """Speed of impact over that of sound in a bar: slow enough for the contact to be quasi-static."""
 
@@ -99,7 +99,7 @@ _REACH = 1.25
 """Height above the ground at which it is first felt [cells]: of contact at the nodes of the grid. A law of contact with
 a thickness of its own has a reach of its own; nothing else here depends on it."""
 
-_STIFF = "the dent is less than a cell deep, and a grid resists what it cannot resolve"
+_STIFF = "the dent is less than a cell deep, and a grid resists dents that it cannot resolve"
 _KNOWN = {
     8: {"duration": Shortfall(_STIFF, 0.8), "force": Shortfall(_STIFF, 1.2)},
     4: {"duration": Shortfall(_STIFF, 0.7), "force": Shortfall(_STIFF, 1.6), "bounce": Shortfall(_STIFF, 0.88)},
@@ -113,7 +113,7 @@ _KNOWN = {
 def impact(record: CaseRecorder) -> None:
     """Duration, largest force and restitution of the impact of an elastic sphere, whose dent is a tenth of its radius.
 
-    It loses nothing but what remains in its oscillations, less than a hundredth at this speed.
+    It loses nothing but the energy of its oscillations, less than a hundredth at this speed.
     """
     exact = Hertz.of(_BALL, _RADIUS, _PACE * math.sqrt(_BALL.youngs_modulus / _BALL.density))
     figure = record.plot("Impact of an elastic sphere", "time since the first touch [s]", "force of the ground [N]")

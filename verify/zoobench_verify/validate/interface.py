@@ -23,13 +23,13 @@ _MUD = MudMaterial(1e5, 0.3, 1400.0, yield_stress=50.0, viscosity=1.0)
 _BLOCK_DENSITY = 1000.0
 _PIT_WIDTH = 4 * _BLOCK_WIDTH
 _SINKING_TIME, _DRAG = 4.0, 10.0
-"""Of the block [s], and the rate at which its velocity and the mud's decay [1/s]."""
+"""Sinking time of the block [s], and the rate at which its velocity and the mud's decay [1/s]."""
 
 
 def sinkage() -> float:
     """How far [m] a strip of `_BLOCK_HEIGHT` sinks: Prandtl's capacity and Archimedes' buoyancy carry its weight.
 
-    The mud that it displaces rises beside it, so that it lies deeper below the mud than it has sunk. The norm of the
+    The mud that it displaces rises around it, so that it lies deeper below the mud than it has sunk. The norm of the
     deviator is sqrt2 times the shear strength k.
     """
     capacity = PRANDTL * _MUD.yield_stress / math.sqrt(2.0)

@@ -18,7 +18,7 @@ _GRIDS = "8, 16, 32 cells, 3 particles per axis, CFL 0.3"
 
 MATERIAL = ElasticMaterial(youngs_modulus=1e4, poissons_ratio=0.3, density=1000.0)
 AMPLITUDE = 0.05
-"""Of the displacement [m] in the unit square."""
+"""Amplitude of the displacement [m] in the unit square."""
 
 _SPEED = math.sqrt(MATERIAL.youngs_modulus / MATERIAL.density)
 _PERIOD = 2.0 / _SPEED

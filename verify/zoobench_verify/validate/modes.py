@@ -19,7 +19,7 @@ from zoobench_verify.validate.waves import fit_decay
 
 MATERIAL = ElasticMaterial(youngs_modulus=1e4, poissons_ratio=0.3, density=1000.0)
 SIZE: Vector = (4.0, 1.0, 1.0)
-"""Of the block [m]."""
+"""Size of the block [m]."""
 
 _RIGID = 6
 """Motions of a free body without strain: the first modes, of frequency zero."""
@@ -110,7 +110,7 @@ def vibrate(modes: Modes, mode: int, cells: int, **settings: Any) -> Vibration:
     return Vibration(frequency / omega, 1 - math.exp(-decay * 2 * math.pi / frequency), t, path)
 
 
-_DAMPED = "the transfer damps what varies within a few cells"
+_DAMPED = "the transfer damps motion that varies within a few cells"
 _KINDS = {"bending": 0, "torsion": 2, "stretching": 5}
 """The first mode of each kind among those of `SIZE`."""
 _LOSSES = {"bending": None, "torsion": Shortfall(_DAMPED, 0.1), "stretching": None}
@@ -120,7 +120,7 @@ _SOURCE = "Visscher et al. 1991, J. Acoust. Soc. Am. 90, 2154: Rayleigh and Ritz
 @case("block-modes", _SOURCE, "3 and 4 cells through the thickness", args=((3, 4), 0.1))
 @case("block-modes-fine", _SOURCE, "3, 4, 6, 8 cells through the thickness", args=((3, 4, 6, 8), 0.03), is_fast=False)
 def block_modes_case(record: CaseRecorder, cells: tuple[int, ...], bound: float) -> None:
-    """Frequencies of a free block that bends, twists and stretches, at the resolution of limbs; what it loses, too."""
+    """Frequencies of a free block that bends, twists and stretches, at the resolution of limbs, and its losses."""
     modes = block_modes(MATERIAL, SIZE, max(_KINDS.values()) + 1)
     spacings = 1 / np.array(cells)
     figure = record.plot("Free block 4 x 1 x 1", "time over the period [-]", "modal velocity over its first value [-]")

@@ -29,7 +29,7 @@ _MARGIN = 6 * _SPACING
 
 
 class Pulls(NamedTuple):
-    """What a body's muscles do within one substep from rest, one muscle to a world.
+    """The effect of a body's muscles within one substep from rest, one muscle to a world.
 
     Attributes:
         virial: rate of change of the sum of m v x^T `[muscles, 3, 3]` [J].

@@ -9,10 +9,10 @@ from zoobench_verify.validate.rig import Reals, Rig
 _PROPORTIONAL = 0.3
 """Share of the difference in speed that the force makes up for in a substep [-]."""
 _INTEGRAL = 600.0
-"""Rate at which the force grows to what the resistance is [1/s]; without it the body falls behind."""
+"""Rate at which the force grows to the resistance [1/s]; without it the body falls behind."""
 
 TOLERANCE = 0.05
-"""Share by which what a rig does may differ from what it should do."""
+"""Share by which a rig's motion may differ from the wished one."""
 
 
 class SpeedControl:
@@ -61,7 +61,7 @@ class SpeedControl:
 
 
 def check_motion(record: CaseRecorder, what: str, reached: float, speeds: Array) -> None:
-    """Let the case fail if its rig did not do what it was to do.
+    """Let the case fail if its rig did not move as it should.
 
     Args:
         reached: way that the driven body made by that which it should have made [-].

@@ -24,13 +24,13 @@ from zoobench_verify.validate.speed_control import TOLERANCE
 from zoobench_verify.validate.swimming import FREQUENCIES
 
 _WAVELENGTH = 1.0
-"""Of the wave of muscle activity, by the body's length [-]."""
+"""Wavelength of muscle activity, by the body's length [-]."""
 
 _STRENGTH, _GROWTH = 2.0, 0.0
-"""Parameters of the wave: muscles reach tanh(2) = 0.96 of their strength, all alike."""
+"""Parameters of the wave: all muscles reach tanh(2) = 0.96 of their strength."""
 
 _TANK = "ocean[length=0.4375,depth=0.15625,width=0.1875]"
-"""Of water, whatever the environment's own size is: the figures are those of this one."""
+"""The tank of water, whatever the environment's own size is: the figures are those of this one."""
 
 _PERIODS = 6
 """The wave grows from nothing in the first: at full strength at once it turns the fish by 20 degrees."""
@@ -46,7 +46,7 @@ class Swim:
         beat: frequency at which the body swings, by that of its muscles [-].
         tail, head: amplitudes [body lengths].
         phase: by which the tail lags behind the head [rad].
-        turn, pitch: of the heading in the last period, to the side and upwards, beside that at rest [degrees].
+        turn, pitch: of the heading in the last period, to the side and upwards, against that at rest [degrees].
     """
 
     times: Array
@@ -176,18 +176,18 @@ def _check_swim(record: CaseRecorder, swim: Swim, level: str, frequency: float) 
 
 _LEVELS = ("draft", "standard", "paper")
 _PLACES = (0.0, 0.25, 0.5)
-"""Of the fish beside its own, across the grid [cells]."""
+"""Shifts of the fish from its own place, across the grid [cells]."""
 _IN_PART = "a fish one to three cells thick covers the faces of cells in part, and water passes: less on finer grids"
 _SHARES = {"draft": 0.23, "standard": 0.27, "paper": 0.34}
 _APART = {"draft": 0.5, "paper": 0.13}
-"""By the level; the worst that is known."""
+"""Shortfalls by the level; the worst that is known."""
 
 
 def _added_mass(level: str, place: float) -> tuple[float, float]:
     """Added mass sideways by the mass displaced, and the same by strips of the fish (Lighthill 1960).
 
-    What a body that is set in motion at once keeps of its speed is its mass by that with the water's. Of a slender body
-    a slice of depth d takes pi d^2 / 4 of water along, a length of it.
+    A body that is set in motion at once keeps a share of its speed: its mass by that with the water's. Of a slender
+    body a slice of depth d takes pi d^2 / 4 of water along, a length of it.
     """
     fidelity: Fidelity = registry.create(Kind.FIDELITY, Ref(level))
     env: Environment = registry.create(Kind.ENV, Ref.parse(_TANK))

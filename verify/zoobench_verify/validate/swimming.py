@@ -36,20 +36,20 @@ def _vortex(speed: float, cells: int, spacing: float = _SPACING) -> tuple[Array,
     """Times [s] over 0.25 s, and the share of its speed that a Taylor-Green vortex with 2 `cells` a wave has left."""
     k, wide = math.pi / (cells * spacing), cells * spacing
     face, centre = np.arange(cells) * spacing, (np.arange(cells) + 0.5) * spacing
-    given = np.zeros((cells, cells, 4, 3))
-    given[..., 0] = speed * np.outer(np.sin(k * face), np.cos(k * centre))[:, :, None]
-    given[..., 1] = -speed * np.outer(np.cos(k * centre), np.sin(k * face))[:, :, None]
-    speck, water = dust((wide / 2, wide / 2, 2 * spacing), spacing), GridWater(velocities=given)
+    velocities = np.zeros((cells, cells, 4, 3))
+    velocities[..., 0] = speed * np.outer(np.sin(k * face), np.cos(k * centre))[:, :, None]
+    velocities[..., 1] = -speed * np.outer(np.cos(k * centre), np.sin(k * face))[:, :, None]
+    speck, water = dust((wide / 2, wide / 2, 2 * spacing), spacing), GridWater(velocities=velocities)
     rig = Rig(_tank(speck, (cells, cells, 4), water=water, spacing=spacing), spacing, 0.25, courant=1e-3)
     flow, shares = rig.solver.matter.flow[0, 0, :, :3].numpy(), [1.0]
     for _ in range(rig.steps):
         rig.advance(1)
-        shares.append(math.sqrt(np.square(flow).sum() / np.square(given).sum()))
+        shares.append(math.sqrt(np.square(flow).sum() / np.square(velocities).sum()))
     return rig.times(rig.steps), np.array(shares)
 
 
 _MOVING = 1.0 - 1e-5
-"""Share of a vortex's speed that is left at most: what a grid carries along loses something, what rests does not."""
+"""Share of a vortex's speed that is left at most: a moving vortex loses some on a grid, one at rest does not."""
 
 
 @case("taylor-green-vortex", "Taylor & Green 1937, without viscosity", "16 cells a wavelength, 20 and 200 mm/s")
@@ -96,7 +96,7 @@ def _momenta(rig: Rig, pieces: int) -> tuple[Array, Array, Array]:
 
 @case("coasting-ball", "potential flow: added mass of half the displaced", "6 cells across, in a box of 20")
 def coasting_ball(record: CaseRecorder) -> None:
-    """A ball of water's density is given 50 mm/s; what it keeps is 1 / (1 + added mass), and drag takes little more."""
+    """A ball of water's density is given 50 mm/s; it keeps 1 / (1 + added mass), and drag takes little more."""
     middle = 10 * _SPACING
     rig = Rig(_tank(_ball(6, 1000.0, 0.05, (middle, middle, middle)), (20, 20, 20)), _SPACING, 0.3)
     times, _, speeds = _momenta(rig, 150)
@@ -183,7 +183,7 @@ class PlateSwim(NamedTuple):
 
 
 _LENGTH, _PERIODS = 0.1, 4
-"""Of the plate [m], and those that it swims."""
+"""Length of the plate [m], and the periods that it swims."""
 _SPRING = 1000.0
 """Rate at which the plate is drawn to the wave [1/s]: at a third of it the wave that it makes is off by a tenth."""
 
@@ -191,7 +191,7 @@ _SPRING = 1000.0
 def _swim(frequency: float, way: float, place: float) -> PlateSwim:
     """A plate of 0.1 x 0.012 m, bent by a wave 0.2 m long that runs backward (`way` 1) or forward (-1).
 
-    Its amplitude grows from 2 mm at the head to 10 mm at the tail. Its middle lies `place` cells beside the faces.
+    Its amplitude grows from 2 mm at the head to 10 mm at the tail. Its middle lies `place` cells off the faces.
     """
     h, thick, wave = _SPACING, 0.012, 0.2
     corner = np.array([13 * h - _LENGTH / 2, 0.0, (7 + place) * h - thick / 2])
@@ -222,7 +222,7 @@ def _swim(frequency: float, way: float, place: float) -> PlateSwim:
 
 
 FREQUENCIES = (2.0, 3.0, 4.0, 6.0, 8.0)
-"""Of the beats of swimmers [Hz]."""
+"""Beat frequencies of swimmers [Hz]."""
 
 _BACKWARD = "not explained: a plate whose middle lies on a face of the grid goes backward faster than forward"
 

@@ -107,7 +107,7 @@ def bar_mode(record: CaseRecorder) -> None:
     With S = sinc(k h / 2)^3, the transform of the spline, a step transmits S^2 + (2 S' / h)^2 = 1 - (k h)^4 / 40 of a
     plane wave's velocity, and so loses half of that of a wave, half of whose energy is kinetic. The stress acts with
     (4 S' / (k h^2))^2 = 1 - 13 (k h)^2 / 60 of the modulus, which slows the wave by 13 (k h)^2 / 120; symplectic Euler
-    accelerates it by (c k dt)^2 / 24. AFLIP keeps 19 parts of 20 of what APIC loses in a step without forces.
+    accelerates it by (c k dt)^2 / 24. AFLIP avoids 19 of 20 parts of APIC's loss in a step without forces.
     """
     found = [free_bar(cells, transfer="apic") for cells in _CELLS]
     errors = np.array([wave.frequency_error for wave in found])

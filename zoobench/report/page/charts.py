@@ -181,7 +181,7 @@ def profile_chart(found: Aggregates) -> Chart | None:
 
 
 def _chart(choice: Chart, layers: Sequence[Chart], **datasets: Points) -> Chart:
-    """Layers over each other, as wide as the page allows; with a choice each shows what is chosen of its data."""
+    """Layers over each other, as wide as the page allows; with a choice each shows the chosen part of its data."""
     if choice:
         only = {"filter": "datum.cell === chosen"}
         layers = [{**layer, "transform": [only, *layer.get("transform", [])]} for layer in layers]
@@ -232,7 +232,7 @@ def _labels(section: Section) -> dict[Ref, str]:
 
 
 def _titles(groups: Sequence[Sequence[RunResult]]) -> list[str]:
-    """A name for each group; those that are alike are numbered."""
+    """A name for each group; equal names are numbered."""
     titles = [visible(title) for title in titles_of(groups)]
     return [
         f"{title} #{titles[:place].count(title) + 1}" if titles.count(title) > 1 else title
@@ -262,5 +262,5 @@ def _cost(result: RunResult, accuracy: Accuracy) -> dict[str, Any]:
 
 
 def _short(value: float | None) -> float | None:
-    """With few digits, as a picture needs them; None for what JSON cannot hold."""
+    """With few digits, as a picture needs them; None for a value that JSON cannot hold."""
     return None if value is None or not math.isfinite(value) else float(f"{value:.{_DIGITS}g}")

@@ -27,7 +27,7 @@ def page(sections: Sequence[Section], levels: Sequence[Level], accuracy: Accurac
     """The page.
 
     Args:
-        sections: what it shows.
+        sections: its contents.
         levels: errors and costs of fidelities.
         accuracy: the error of a fidelity, for single scores.
         command: that makes it again.

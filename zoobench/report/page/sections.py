@@ -1,4 +1,4 @@
-"""What a report shows: a section for a database, or for each leaderboard."""
+"""The contents of a report: a section for a database, or for each leaderboard."""
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -18,7 +18,7 @@ from zoobench.report.undecided import OrdersOf, footnotes, mark_undecided
 from zoobench.spec import Ref, RunSpec
 
 MOST_ROWS, MOST_RUNS = 200, 2_500
-"""Of one section, so that a browser opens the page without delay."""
+"""Limits of one section, so that a browser opens the page without delay."""
 _LOST = (RunState.FAILED, RunState.DIVERGED, RunState.TIMEOUT, RunState.SKIPPED)
 
 Accuracy = Callable[[Ref, Ref, Ref], float | None]

@@ -38,7 +38,7 @@ def bundle() -> str:
 
 
 def _folder() -> Path:
-    """Where zoobench keeps what can be made again: `ZOOBENCH_CACHE`, else in the user's cache folder."""
+    """The folder of files that can be made again: `ZOOBENCH_CACHE`, else in the user's cache folder."""
     if chosen := os.environ.get("ZOOBENCH_CACHE"):
         return Path(chosen)
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "zoobench"

@@ -93,7 +93,7 @@ class ElasticBody(BodyParticles):
 
 @dataclass(frozen=True)
 class SceneObject:
-    """An elastic body beside the robot, with a velocity field of its own.
+    """An elastic body besides the robot, with a velocity field of its own.
 
     Attributes:
         name: by which it is known, not `robot` or `medium`.

@@ -102,7 +102,7 @@ class Fidelity:
             raise UsageError(f"A speed of sleep of {self.sleep:g} m/s is not between 0 and 1 m/s. Try 0.001.")
 
     def _check_rest_frame(self) -> None:
-        """Refuse what a robot in its rest frame is not simulated with."""
+        """Refuse settings that a robot in its rest frame is not simulated with."""
         if self.device != "cpu":
             raise UsageError(
                 "A robot in its rest frame (robot=lagrangian) is simulated on the CPU alone. Give device=cpu, or "

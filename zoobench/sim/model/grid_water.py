@@ -22,7 +22,7 @@ class GridWater:
 
     Attributes:
         density: [kg/m^3].
-        viscosity: kinematic [m^2/s]; beside it that of the grid, in proportion to the speed.
+        viscosity: kinematic [m^2/s]; the grid adds its own, in proportion to the speed.
         velocities: on the lower faces of the arena's cells `[nx, ny, nz, 3]` [m/s], zero on the walls; None for rest.
         constants: names of those that kernels have.
     """
@@ -45,7 +45,7 @@ class GridWater:
                 "possible. Give a positive density and a viscosity of 0 or more."
             )
         if self.velocities is not None and not np.isfinite(self.velocities).all():
-            raise SceneError("The water's velocities hold values that are not finite. Check what they are made from.")
+            raise SceneError("The water's velocities hold values that are not finite. Check their source.")
 
 
 def cosine_transform(count: int) -> Array:

@@ -19,7 +19,7 @@ _SITES: dict[int, Array] = {
 
 
 MOST_PARTICLES = 5_000_000
-"""Of a lattice: five times those of the largest scene that was measured."""
+"""Limit of a lattice: five times the particles of the largest scene that was measured."""
 
 
 def particle_volume(grid_spacing: float, particles_per_cell: int) -> float:

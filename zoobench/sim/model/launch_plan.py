@@ -1,4 +1,4 @@
-"""What a launch is to do in each world."""
+"""The plan of a launch: its substeps in each world."""
 
 from dataclasses import dataclass
 from typing import Self

@@ -82,19 +82,19 @@ class RestCells:
         ids, keys = _split_nodes(index, cells)
         order, particles, few = _grouped(ids)
         known = np.where(particles < 0, order[:, None], particles)  # lanes without a particle repeat the first
-        at = (index % count + 0.5)[known] / count
+        in_cell = (index % count + 0.5)[known] / count
         for cell in np.flatnonzero(few):
             own = int((particles[cell] >= 0).sum())
-            at[cell, own:] = _empty_sites(at[cell, :own])
+            in_cell[cell, own:] = _empty_sites(in_cell[cell, :own])
             particles[cell, own:] = -2 - order[cell]
-        _, one, shape = np.unique(at.reshape(len(at), -1), axis=0, return_index=True, return_inverse=True)
+        _, one, shape = np.unique(in_cell.reshape(len(in_cell), -1), axis=0, return_index=True, return_inverse=True)
         return cls(
             places=low + keys * h,
             nodes=ids[order].astype(np.int32),
             particles=particles.astype(np.int32),
             shape=shape.ravel().astype(np.int32),
-            slopes=_gradients(at[one], h),
-            masses=_weights(at[one]),
+            slopes=_gradients(in_cell[one], h),
+            masses=_weights(in_cell[one]),
             weights=_weights(((body.positions - low) / h - cells)[known]),
         )
 
@@ -111,12 +111,12 @@ def _split_nodes(cubes: NDArray[np.int64], cells: NDArray[np.int64]) -> tuple[ND
     one, other = [], []
     where = {tuple(cube): number for number, cube in enumerate(cubes.tolist())}
     for direction in _HALF_THE_NEIGHBOURS:
-        beside = np.array([where.get(tuple(cube), -1) for cube in (cubes + direction).tolist()])
-        has = np.flatnonzero(beside >= 0)
-        shared = corner[has][:, :, None] == corner[beside[has]][:, None, :]
+        neighbour = np.array([where.get(tuple(cube), -1) for cube in (cubes + direction).tolist()])
+        has = np.flatnonzero(neighbour >= 0)
+        shared = corner[has][:, :, None] == corner[neighbour[has]][:, None, :]
         pair, mine, its = np.nonzero(shared)
         one.append(8 * has[pair] + mine)
-        other.append(8 * beside[has][pair] + its)
+        other.append(8 * neighbour[has][pair] + its)
     edges = np.concatenate(one), np.concatenate(other)
     size = 8 * len(cubes)
     graph = coo_array((np.ones(len(edges[0]), np.int8), edges), shape=(size, size))

@@ -90,7 +90,7 @@ class Rollout:
         offsets: `[frames + 1, worlds, 3]` how far the arena had moved at frame boundaries [m].
         moves: of the arena before a frame, by frame and world.
         equilibration: number of frames at the beginning in which the worlds come to rest; see `episode`.
-        segmentation, segments: what is stored, and where; None and empty if the solver was made without gradients.
+        segmentation, segments: the stored states and their places; None and empty for a solver without gradients.
     """
 
     positions: FloatArray

@@ -99,7 +99,7 @@ class Ground:
         friction: Coulomb's coefficient [-].
         terrain: heights of ground that is not level.
         skin: the compliant layer by which it pushes on a robot. For a medium, and for a robot that shares its velocity,
-            the ground is rigid: it constrains velocities, and what separates from it is free.
+            the ground is rigid: it constrains velocities, and matter that separates from it is free.
     """
 
     friction: float
@@ -170,10 +170,10 @@ class Scene:
         for name, positions in bodies.items():
             outside = np.any((positions < self.lower) | (positions > self.upper), axis=1)
             if outside.any():
-                place = positions[outside][0]
+                first = positions[outside][0]
                 raise SceneError(
                     f"{int(outside.sum())} particles of the {name} lie outside the arena {self.lower} to {self.upper} "
-                    f"m, the first at {tuple(np.round(place, 4).tolist())}. Move the {name} or widen the arena."
+                    f"m, the first at {tuple(np.round(first, 4).tolist())}. Move the {name} or widen the arena."
                 )
 
     def _check_objects(self) -> None:
@@ -269,7 +269,7 @@ class Scene:
 
     @cached_property
     def elastic(self) -> ElasticBody:
-        """Robot and objects as one body, for what treats their particles alike; the material is the robot's.
+        """Robot and objects as one body, for code that treats all their particles equally; the material is the robot's.
 
         The density ratios are by the robot's density. Muscles have no share of objects.
         """
@@ -364,7 +364,7 @@ def _check_array(owner: str, name: str, value: Array, shape: tuple[int, ...]) ->
     if value.shape != shape:
         raise SceneError(f"The {owner}'s {name} have shape {value.shape}; {shape} was expected.")
     if not np.isfinite(value).all():
-        raise SceneError(f"The {owner}'s {name} hold values that are not finite. Check what they are made from.")
+        raise SceneError(f"The {owner}'s {name} hold values that are not finite. Check their source.")
 
 
 def check_material(owner: str, material: ElasticMaterial | Medium) -> None:

@@ -28,7 +28,7 @@ class Matter:
 
     Attributes:
         state: `[slots, worlds, particles, rows, 4]` as `kernels.layout` has it.
-        memory: what it holds, see `memory`.
+        memory: its contents, see `memory`.
         window: `[slots, worlds, 8]` first and past-the-last node in use, and where momenta of the nodes are kept.
         flow: `[slots, worlds, cells, 4]` water on a grid, as `kernels.water_grid.water_layout` has it.
         robot: number of elastic particles, the robot's and those of objects, which come first.
@@ -196,7 +196,7 @@ class Parameters:
 
     Attributes:
         body: `[worlds, particles, 2, 4]` as `kernels.layout` has it; the other attributes are views of it.
-        memory: what it holds, see `memory`.
+        memory: its contents, see `memory`.
         robot: number of the robot's particles.
         mass, volume: `[worlds, particles]` [kg], [m^3], both scaled by occupancy.
         stiffness: `[worlds, robot]` multiplier of E.

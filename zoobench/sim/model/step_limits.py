@@ -34,10 +34,10 @@ SPEED_ROOM = 0.8
 REFUSED_FRACTION = 0.9
 
 _REST_FRAME_DAMPING = LARGEST_STRETCH**2
-"""By which the viscosity counts more in the rest frame, at that compression."""
+"""Factor by which the viscosity counts more in the rest frame, at that compression."""
 
 MOST_SUBSTEPS = 1e9
-"""Of a control frame."""
+"""Limit of a control frame."""
 
 SKIN_FRACTION = 0.7
 """Largest chosen step by the stable one of matter in the ground's skin [-]."""
@@ -213,7 +213,7 @@ def step_now(scene: Scene, fidelity: Fidelity, frame_seconds: float, condition: 
     if condition.speed > 0.0:
         limits["speed"] = room * h / condition.speed
         if scene.ground is not None and has_skin(scene):
-            # what falls through the skin within a step would gain energy there
+            # matter that falls through the skin within a step would gain energy there
             limits["impact"] = SKIN_CROSSING * scene.ground.skin.thickness / condition.speed / courant
     if condition.shear > 0.0:
         limits["velocity gradient"] = room / condition.shear

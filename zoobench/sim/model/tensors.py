@@ -39,7 +39,7 @@ def lazy_zeros(shape: tuple[int, ...], kind: torch.dtype, device: str) -> Tensor
 
 
 def memory(tensor: Tensor) -> Any:
-    """What a tensor holds, to be read and written in place: on the CPU an array, else the tensor itself.
+    """The memory of a tensor, to be read and written in place: on the CPU an array, else the tensor itself.
 
     A call of torch costs more than a few hundred numbers do, and several times one of NumPy.
     """

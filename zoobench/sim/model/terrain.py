@@ -17,7 +17,7 @@ class Terrain:
         heights: `[nx, nz]` [m], none below 0; at least 4 points each way.
         spacing: of the points [m]; the first lies at the arena's lower corner.
         edge: length over which the steepest places rise [m]; infinite where the terrain is smooth. A grid needs a
-            column of nodes there, whose normal holds back what moves against the rise.
+            column of nodes there, whose normal holds back matter that moves against the rise.
     """
 
     heights: Array

@@ -1,4 +1,4 @@
-"""Studies and what they found."""
+"""Studies and their results."""
 
 import sqlalchemy as sa
 from alembic import op

@@ -1,4 +1,4 @@
-"""What a run that is done has found."""
+"""The solution of a run that is done."""
 
 import sqlalchemy as sa
 from alembic import op

@@ -1,4 +1,4 @@
-"""What a run that is done has found beside the best."""
+"""The archive of a run that is done, with solutions besides the best."""
 
 import sqlalchemy as sa
 from alembic import op

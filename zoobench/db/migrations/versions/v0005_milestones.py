@@ -1,4 +1,4 @@
-"""What a run had found after some of its iterations."""
+"""The best solution of a run after some of its iterations."""
 
 import sqlalchemy as sa
 from alembic import op

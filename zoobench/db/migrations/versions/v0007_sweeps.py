@@ -1,4 +1,4 @@
-"""Sweeps, and indexes for what reports and launchers ask."""
+"""Sweeps, and indexes for the queries of reports and launchers."""
 
 import sqlalchemy as sa
 from alembic import op

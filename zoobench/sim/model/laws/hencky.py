@@ -1,4 +1,4 @@
-"""What sand, clay and mud share: elasticity in Hencky strain, and a radial return onto a yield surface."""
+"""The common law of sand, clay and mud: elasticity in Hencky strain, and a radial return onto a yield surface."""
 
 from abc import abstractmethod
 from dataclasses import dataclass
@@ -68,11 +68,11 @@ class VonMisesMedium(HenckyMedium):
 
     @property
     def largest_shear(self) -> float:
-        """Of a confined column, where |dev tau| = 2 mu sqrt(2/3) shear is the yield stress."""
+        """Shear of a confined column at yield, where |dev tau| = 2 mu sqrt(2/3) shear is the yield stress."""
         return self.yield_stress / float(2.0 * self.mu * np.sqrt(2.0 / 3.0))
 
     def largest_deviator(self, volume: Array) -> Array:
-        """By the yield stress."""
+        """That of the yield stress, whatever the volume."""
         return np.full(volume.shape, self.yield_stress / (2.0 * self.mu))
 
 

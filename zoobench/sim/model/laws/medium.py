@@ -1,4 +1,4 @@
-"""What every medium's law is outside the kernels; a law is a file here and one beside it in `kernels.laws`."""
+"""The interface of every medium's law outside the kernels; a law is a file here and one in `kernels.laws`."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ from zoobench.sim.model.laws.elastic import Solid
 class Medium(ABC):
     """The matter of a bed, or water: the constants of its law as fields, with the law's NumPy twin.
 
-    Strains are principal elastic Hencky strains `[..., 3]`; the history of a particle `[...]` is what the law says.
+    Strains are principal elastic Hencky strains `[..., 3]`; the law defines the history of a particle `[...]`.
 
     Attributes:
         name: of the matter.

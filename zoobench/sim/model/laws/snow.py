@@ -59,7 +59,7 @@ class SnowMaterial(SolidMedium):
         return np.ones(strain.shape[:-1])
 
     def returned(self, strain: Array, history: Array) -> tuple[Array, Array]:
-        """Stretches are clamped, and the plastic volume ratio takes what is cut off."""
+        """Stretches are clamped, and the plastic volume ratio takes the rest."""
         low, high = 1.0 - self.critical_compression, 1.0 + self.critical_stretch
         elastic = np.clip(strain, np.log(low), np.log(high))
         grown = history * np.exp((strain - elastic).sum(-1))

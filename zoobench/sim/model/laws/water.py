@@ -76,6 +76,6 @@ class WaterMaterial(Medium):
 
 def water_ratio(J: Array, growth: Array, rho: Array, share: float) -> Array:
     """New volume ratio from the old one, det(I + dt C) and the relative density; see `kernels.laws.water`."""
-    held = np.minimum(J * growth, np.clip(1.0 / rho, 1.0, LARGEST_RATIO))
+    ratio = np.minimum(J * growth, np.clip(1.0 / rho, 1.0, LARGEST_RATIO))
     surplus = np.maximum(rho * J - 1.0 - TOLERATED_SURPLUS, 0.0)
-    return np.maximum(held - share * surplus, np.minimum(held, SMALLEST_RATIO))
+    return np.maximum(ratio - share * surplus, np.minimum(ratio, SMALLEST_RATIO))
