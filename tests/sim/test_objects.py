@@ -34,7 +34,8 @@ def _block(lower: tuple[float, float, float], cells: int = 3, velocity: Array | 
 
 def _beside(scene: Scene, **given: Any) -> Scene:
     """The scene with a block half a cell beside its robot."""
-    right, low, front = scene.robot.positions.max(0)[0] + 0.5 * H, *scene.robot.positions.min(0)[1:] - 0.25 * H
+    right = scene.robot.positions.max(0)[0] + 0.5 * H
+    low, front = scene.robot.positions.min(0)[1:] - 0.25 * H
     return replace(scene, objects=(SceneObject("block", _block((float(right), float(low), float(front)))),), **given)
 
 
@@ -106,18 +107,23 @@ def test_without_ground_and_gravity_momentum_stays_and_energy_falls() -> None:
 
 
 def test_a_body_moves_as_an_object_as_it_does_as_the_robot() -> None:
-    """Out of reach of each other, with moduli, density and velocity field of its own."""
-    block = _block((0.5, 0.4, 0.5), velocity=np.array([0.3, 0.2, -0.1]))
+    """Out of reach of each other, each with moduli, density and velocity field of its own."""
     rng = np.random.default_rng(1)
-    block = replace(block, velocity_gradients=rng.normal(scale=3.0, size=(block.particle_count, 3, 3)))
+    blocks = {"first": _block((0.5, 0.4, 0.5)), "second": _block((0.5, 0.4, 0.1))}
+    blocks["second"] = replace(blocks["second"], material=ElasticMaterial(2e5, 0.4, 700.0, viscosity=3.0))
+    for name, block in blocks.items():
+        gradients = rng.normal(scale=3.0, size=(block.particle_count, 3, 3))
+        velocities = block.velocities + np.array([0.3, 0.2, -0.1])
+        blocks[name] = replace(block, velocities=velocities, velocity_gradients=gradients)
     far = scenes.with_idle_muscle(scenes.passive_block((0.1, 0.4, 0.1), (2, 2, 2), np.zeros(3)))
-    alone = Scene(block, (0, 0, 0), scenes.ARENA, gravity=scenes.NO_GRAVITY)
-    both = Scene(far, (0, 0, 0), scenes.ARENA, gravity=scenes.NO_GRAVITY, objects=(SceneObject("block", block),))
-    found, expected = Solver(both, scenes.fidelity()), Solver(alone, scenes.fidelity())
-    for solver in (found, expected):
-        solver.substeps(40, 1e-4)
-    places = found.matter.x[0, 0, both.slice_of("block")]
-    assert np.abs((places - expected.matter.x[0, 0]).numpy()).max() <= 1e-13
+    objects = tuple(SceneObject(name, block) for name, block in blocks.items())
+    found = Solver(replace(scenes.weightless(far), objects=objects), scenes.fidelity())
+    found.substeps(40, 1e-4)
+    for name, block in blocks.items():
+        alone = Solver(scenes.weightless(block), scenes.fidelity())
+        alone.substeps(40, 1e-4)
+        places = found.matter.x[0, 0, found.scene.slice_of(name)]
+        assert np.abs((places - alone.matter.x[0, 0]).numpy()).max() <= 1e-13, name
 
 
 def test_a_lighter_object_than_the_robot_is_possible() -> None:
@@ -130,18 +136,53 @@ def test_a_lighter_object_than_the_robot_is_possible() -> None:
 
 
 def test_a_sliding_block_stops_where_friction_on_the_ground_stops_it() -> None:
-    """After v^2 / (2 mu g), by its own friction and not by that of the ground."""
-    speed, friction = 0.5, 0.3
+    """After v^2 / (2 mu g), by its own friction and not by that of the ground or of another block."""
+    speed, frictions = 0.5, {"near": 0.3, "beyond": 0.2}
     far = scenes.with_idle_muscle(scenes.passive_block((0.05, 0.0, 0.05), (2, 2, 2), np.zeros(3)))
     block = _block((0.3, 0.0, 0.3), velocity=np.array([speed, 0.0, 0.0]))
     block = standing(Scene(block, (0, 0, 0), scenes.ARENA, ground=Ground(1.0)), scenes.EDGE).robot
-    slides = SceneObject("block", block, ground_friction=friction)
-    scene = Scene(far, (0, 0, 0), (1.5, 0.5, 1.0), ground=Ground(1.0), objects=(slides,))
+    other = replace(block, positions=block.positions + np.array([0.0, 0.0, 0.3]))
+    slide = tuple(
+        SceneObject(name, body, ground_friction=frictions[name])
+        for name, body in zip(frictions, (block, other), strict=True)
+    )
+    scene = Scene(far, (0, 0, 0), (1.5, 0.5, 1.0), ground=Ground(1.0), objects=slide)
     solver = Solver(scene, scenes.fidelity())
     rollout = solver.run(np.zeros((40, 1, solver.muscle_count)))
-    path = rollout.positions[:, 0, scene.slice_of("block"), 0].mean(1)
-    assert path[-1] - path[0] == pytest.approx(speed**2 / (2 * friction * GRAVITY), rel=0.05)
-    assert np.ptp(path[-15:]) < 0.005  # it rocks on the ground's layer
+    for name, friction in frictions.items():
+        path = rollout.positions[:, 0, scene.slice_of(name), 0].mean(1)
+        assert path[-1] - path[0] == pytest.approx(speed**2 / (2 * friction * GRAVITY), rel=0.05), name
+        assert np.ptp(path[-15:]) < 0.005, name  # it rocks on the ground's layer
+
+
+def test_the_smaller_friction_of_two_objects_holds() -> None:
+    """A block slides on another one as if both had it, and less far where both have more."""
+    far = scenes.with_idle_muscle(scenes.passive_block((0.05, 0.0, 0.05), (2, 2, 2), np.zeros(3)))
+    low = scenes.passive_block((0.3, 0.0, 0.3), (6, 2, 3), np.zeros(3))
+    low = standing(Scene(low, (0, 0, 0), scenes.ARENA, ground=Ground(1.0)), scenes.EDGE).robot
+    top = float(low.positions[:, 1].max()) + 0.5 * scenes.EDGE
+    high = scenes.passive_block((0.3, top, 0.3), (3, 2, 3), np.array([0.5, 0.0, 0.0]))
+    scene = Scene(far, (0, 0, 0), scenes.ARENA, ground=Ground(1.0))
+    paths = []
+    for pair in ((0.1, 0.8), (0.8, 0.1), (0.1, 0.1), (0.8, 0.8)):
+        objects = (SceneObject("low", low, pair[0], 1.0), SceneObject("high", high, pair[1]))
+        solver = Solver(replace(scene, objects=objects), scenes.fidelity())
+        paths.append(solver.run(np.zeros((6, 1, 1))).positions[:, 0, solver.scene.slice_of("high"), 0])
+    assert np.array_equal(paths[0], paths[2])
+    assert np.array_equal(paths[1], paths[2])
+    assert paths[3][-1].mean() < paths[2][-1].mean() - 0.1 * H
+
+
+@pytest.mark.parametrize("edge", [0.5 * scenes.EDGE, 2.0 * scenes.EDGE])
+def test_an_object_stands_on_cubes_of_its_own(edge: float) -> None:
+    """As high whatever the robot's particles stand for."""
+    block = standing(Scene(_block((0.4, 0.0, 0.4)), (0, 0, 0), scenes.ARENA, ground=Ground(0.5)), scenes.EDGE).robot
+    far = scenes.with_idle_muscle(scenes.passive_block((0.05, 0.0, 0.05), (2, 2, 2), np.zeros(3)))
+    scene = Scene(replace(far, edge=edge), (0, 0, 0), scenes.ARENA, ground=Ground(0.5))
+    solver = Solver(replace(scene, objects=(SceneObject("block", block),)), scenes.fidelity())
+    solver.equilibrate(30)
+    places = solver.positions(0)[solver.scene.slice_of("block")]
+    assert np.abs((places - block.positions)[:, 1]).mean() < 0.02 * H
 
 
 @pytest.mark.parametrize("friction", [0.2, 1.0])

@@ -275,7 +275,7 @@ class Launcher:
         for each in scene.objects:
             material = each.body.material
             listed += [scene.slice_of(each.name).start, *material.lame, material.viscosity]
-            listed += [material.density * full, each.ground_friction]
+            listed += [material.density * full, each.ground_friction, each.body.edge or self._fidelity.particle_edge]
         frictions = [math.inf, *(each.friction for each in scene.objects)]  # the robot takes that of whom it meets
         if scene.medium is not None and scene.objects:
             frictions.append(math.inf)

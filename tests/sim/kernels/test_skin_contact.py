@@ -30,7 +30,7 @@ def _push_all(constants: Scalars, terrain: Rows, places: Rows, found: Rows, vari
     for p in range(places.shape[0]):
         scene = scene_constants(constants)
         below = ground_below(Context(variant, scene=scene, terrain=terrain), places[p])
-        force, rate = layer_force(below.gap, scene)
+        force, rate = layer_force(below.gap, scene.edge, scene)
         found[p, 0] = ti.Vector([below.gap, force, rate, 0.0])
         found[p, 1] = below.slope
         found[p, 2] = below.normal

@@ -62,12 +62,12 @@ CONSTANTS = (
 """Names of the constants in their order, by which the host lists them and the kernels know them; those of the medium
 follow, as its law names them, and then those of objects. Grid spacing [m], Lame parameters and viscosity of the robot,
 gravity [m/s^2], friction of the ground, counts of nodes and of elastic particles; of the ground's skin thickness [m],
-gradient of the force per volume [N/m^4] and edge of the particles' cubes [m]; of two fields the friction between robot
-and medium and the mass of a node in the midst of either [kg]."""
+gradient of the force per volume [N/m^4] and edge of the cubes of the robot's particles [m]; of two fields the friction
+between robot and medium and the mass of a node in the midst of either [kg]."""
 
-OBJECT_CONSTANTS = ("first", "object_mu", "object_lam", "object_eta", "object_full", "object_friction")
-"""Names of the constants of an object: its first particle, Lame parameters and viscosity, mass of a node in its
-midst [kg] and friction on the ground."""
+OBJECT_CONSTANTS = ("first", "object_mu", "object_lam", "object_eta", "object_full", "object_friction", "object_edge")
+"""Names of the constants of an object: its first particle, Lame parameters and viscosity, mass of a node in its midst
+[kg], friction on the ground, and edge of its particles' cubes [m]."""
 
 _COUNTS = ("nodes_x", "nodes_y", "nodes_z", "robot")
 

@@ -226,7 +226,7 @@ def push_cell(c: ti.template(), cell):
             if c.cells.particle[cell, lane] >= 0:
                 below = ground_below(c, place_of(c.own_nodes, c.cells, c.s, c.w, cell, lane, X))
                 if below.gap < c.scene.skin_thickness + 0.5 * c.scene.edge:
-                    force, _rate = layer_force(below.gap, c.scene)
+                    force, _rate = layer_force(below.gap, c.scene.edge, c.scene)
                     given = (c.cells.law[cell, OF_VOLUME][lane] * force) * below.normal
                     for i in ti.static(range(8)):
                         share = c.cells.weights[cell, i][lane]

@@ -148,7 +148,7 @@ def push_cell_adjoint(c: ti.template(), cell):
             if c.cells.particle[cell, lane] >= 0:
                 below = ground_below(c, place_of(c.own_nodes, c.cells, c.s, c.w, cell, lane, X))
                 if below.gap < c.scene.skin_thickness + 0.5 * c.scene.edge:
-                    force, rate = layer_force(below.gap, c.scene)
+                    force, rate = layer_force(below.gap, c.scene.edge, c.scene)
                     held = place_of(c.nodes_adjoint, c.cells, 0, c.w, cell, lane, LAYER_FORCE)
                     volume = c.cells.law[cell, OF_VOLUME][lane]
                     along = dot(below.normal, held)

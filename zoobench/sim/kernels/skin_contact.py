@@ -73,11 +73,22 @@ def ground_below(c: ti.template(), place):
 
 
 @ti.func
-def layer_force(gap, scene: ti.template()):
-    """Force per volume [N/m^3] of the layer on a cube whose centre is at `gap` [m], and its derivative [N/m^4]."""
-    lower = ti.max(scene.skin_thickness - gap + 0.5 * scene.edge, 0.0)
-    upper = ti.max(scene.skin_thickness - gap - 0.5 * scene.edge, 0.0)
-    slope = scene.skin_rate / scene.edge * (lower - upper)
+def edge_of(c: ti.template(), p):
+    """Edge of the cubes that the particles of an elastic body stand for [m]."""
+    edge = c.scene.edge
+    for k in ti.static(range(c.variant.objects)):
+        if p >= c.scene.first[k]:
+            edge = c.scene.object_edge[k]
+    return edge
+
+
+@ti.func
+def layer_force(gap, edge, scene: ti.template()):
+    """Force per volume [N/m^3] of the layer on a cube of an edge, whose centre is at `gap` [m], and its derivative
+    [N/m^4]."""
+    lower = ti.max(scene.skin_thickness - gap + 0.5 * edge, 0.0)
+    upper = ti.max(scene.skin_thickness - gap - 0.5 * edge, 0.0)
+    slope = scene.skin_rate / edge * (lower - upper)
     return 0.5 * slope * (lower + upper), 0.0 - slope
 
 
@@ -94,9 +105,9 @@ def surface_motion(c: ti.template(), p, size, below: ti.template(), offset):
 def push(c: ti.template(), p):
     """Scatter the layer's impulse on one particle."""
     place = c.state[c.s, c.w, p, X]
-    below = ground_below(c, place)
-    if below.gap < c.scene.skin_thickness + 0.5 * c.scene.edge:
-        force, _rate = layer_force(below.gap, c.scene)
+    below, edge = ground_below(c, place), edge_of(c, p)
+    if below.gap < c.scene.skin_thickness + 0.5 * edge:
+        force, _rate = layer_force(below.gap, edge, c.scene)
         at = stencil(place, c.scene, layer(c, p), c.variant.width)
         size = c.dt * c.body[c.w, p, 0][VOLUME] * force
         share = weights(at.offset, c.variant.width)
@@ -111,9 +122,9 @@ def push(c: ti.template(), p):
 def push_adjoint(c: ti.template(), p):
     """Adjoint of `push`: adds to those of the place, C and the volume."""
     place = c.state[c.s, c.w, p, X]
-    below = ground_below(c, place)
-    if below.gap < c.scene.skin_thickness + 0.5 * c.scene.edge:
-        force, rate = layer_force(below.gap, c.scene)
+    below, edge = ground_below(c, place), edge_of(c, p)
+    if below.gap < c.scene.skin_thickness + 0.5 * edge:
+        force, rate = layer_force(below.gap, edge, c.scene)
         at = stencil(place, c.scene, layer(c, p), c.variant.width)
         share, slopes = weights(at.offset, c.variant.width), weight_derivatives(at.offset, c.variant.width)
         near = Around(at, share, slopes)
