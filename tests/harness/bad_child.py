@@ -94,10 +94,6 @@ def _fail(context: ChildContext) -> None:
     raise ValueError
 
 
-def _is_last(context: ChildContext) -> None:
-    context.is_last = True
-
-
 def _grow(context: ChildContext) -> None:
     KEPT.append(np.ones(20 << 20))
 
@@ -108,7 +104,7 @@ ODDITIES: dict[str, Any] = {
     "draws": lambda context: None,
     "prints": _print_without_end,
     "fails": _fail,
-    "is-last": _is_last,
+    "is-foreign": lambda context: setattr(child, "plugins_of", lambda _: {"method odd-v1": {}}),
     "is-full": lambda context: setattr(child, "_MOST_RUNS", 1),
     "grows": _grow,
     "leaves-a-thread": lambda context: _thread.start_new_thread(lambda: time.sleep(600.0), ()),

@@ -12,10 +12,11 @@ from zoobench import registry
 from zoobench.cell.problem import Problem
 from zoobench.db.rows import RunRow, RunState
 from zoobench.db.store import Store
-from zoobench.harness import presets, supervise, worker_pool
-from zoobench.harness.child import brings_code
+from zoobench.harness import child, presets, supervise, worker_pool
+from zoobench.harness.child import needs_own_process
 from zoobench.harness.grid import expand
 from zoobench.harness.worker_pool import run_all
+from zoobench.inputs import Start
 from zoobench.methods.archive import Archive
 from zoobench.registry import Kind
 from zoobench.spec import Budget, Ref, RunSpec
@@ -118,16 +119,16 @@ def test_a_killed_run_ends_as_an_undisturbed_one(tmp_path: Path, method: str) ->
             np.testing.assert_array_equal(array, others[name])
 
 
-def test_other_code_is_the_last_that_a_process_runs(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A plug-in may do to it what it likes, and so may an agent from outside."""
-    monkeypatch.setitem(registry._components, Kind.METHOD, dict(registry._components[Kind.METHOD]))
-
-    @registry.register(Kind.METHOD, "foreign")
-    def foreign() -> None: ...
-
-    methods = ("random", "ppo", "external", "foreign")
-    specs = [replace(cell(), method=registry.get(Kind.METHOD, name).ref_with({})) for name in methods]
-    assert [brings_code(spec) for spec in specs] == [False, False, True, True]
+def test_other_code_and_gpus_have_a_process_of_their_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A plug-in may do to it what it likes, also one in a stored run that is begun with, and so may an agent."""
+    own, agent = (replace(cell(), method=registry.get(Kind.METHOD, name).ref_with({})) for name in ("ppo", "external"))
+    plugin = cell(seed=7)
+    monkeypatch.setattr(child, "plugins_of", lambda spec: {"method": {}} if spec == plugin else {})
+    assert not needs_own_process(own, [Start(cell(), (1.0,))])
+    assert needs_own_process(agent, [])
+    assert needs_own_process(plugin, [])
+    assert needs_own_process(own, [Start(plugin, (1.0,))])
+    assert needs_own_process(cell(fidelity="draft[device=cuda]"), [])
 
 
 @pytest.mark.parametrize("method", _POLICY)

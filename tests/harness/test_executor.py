@@ -106,7 +106,7 @@ def test_a_run_goes_on_from_its_checkpoint_in_a_process_that_has_done_another(tm
 @pytest.mark.parametrize(
     "oddity",
     [
-        "is-last",
+        "is-foreign",
         "is-full",
         "grows",
         "leaves",

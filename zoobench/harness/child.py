@@ -27,7 +27,7 @@ import queue
 import sys
 import threading
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import count
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -39,6 +39,7 @@ from zoobench.db.rows import encode_params
 from zoobench.errors import DivergenceError, ZoobenchError
 from zoobench.harness.finals import Final, finals_of
 from zoobench.harness.lifeline import Lifeline, end_descendants, end_group, stay_guarded, take_standard_input
+from zoobench.harness.provenance import plugins_of
 from zoobench.harness.repetition import check_parameters, repeated
 from zoobench.harness.traces import Surroundings
 from zoobench.inputs import Start, find_with, named_run, run_name, solution_in
@@ -157,7 +158,6 @@ class ChildContext:
 
     Attributes:
         parameter_count: length of a solution; None while it is not known.
-        is_last: whether the process is to do no other run.
     """
 
     def __init__(self, spec: RunSpec, wire: Wire, checkpoint: bytes | None, orders: Orders) -> None:
@@ -167,7 +167,6 @@ class ChildContext:
         self._orders = orders
         self._kept = b""
         self.parameter_count: int | None = None
-        self.is_last = False
 
     def report(self, step: int, **metrics: float) -> None:
         """Put a point on the learning curve; beyond 100,000 steps every tenth, beyond a million every hundredth.
@@ -234,7 +233,6 @@ def solve(spec: RunSpec, context: ChildContext) -> RunOutcome:
     from zoobench.cell.problem import Problem
     from zoobench.cell.references import reference_scores
 
-    context.is_last = on_gpu(spec) or brings_code(spec)
     first = named_run(spec.method)
     problem = Problem(spec, start=solution_in(run_name(first)) if first else None)
     if problem.overlay is not None:
@@ -255,16 +253,6 @@ def solve(spec: RunSpec, context: ChildContext) -> RunOutcome:
     return RunOutcome(finals_of(problem, solution, references), solution.params.tolist(), archive)
 
 
-def brings_code(spec: RunSpec) -> bool:
-    """Whether other code than zoobench's does the run, such as a plug-in: it may do to a process what it likes."""
-    for axis, kind in registry.KINDS.items():
-        ref = getattr(spec, axis)
-        component = registry.get(kind, ref.name, ref.version)
-        if "external" in component.tags or component.factory.__module__.partition(".")[0] != "zoobench":
-            return True
-    return False
-
-
 def serve(solve: Callable[[RunSpec, ChildContext], RunOutcome], load: Callable[[], object] = lambda: None) -> None:
     """Do the jobs from standard input with `solve`, once all that they need is loaded, and report their endings."""
     stay_guarded()
@@ -277,10 +265,10 @@ def serve(solve: Callable[[RunSpec, ChildContext], RunOutcome], load: Callable[[
         if (job := orders.job()) is None:
             break
         begin_account()
-        is_last = _do(job, solve, wire, orders)
+        goes_on = _do(job, solve, wire, orders)
         gc.collect()
         growth = memory_of(os.getpid()) - memory
-        if is_last or number == _MOST_RUNS or growth > _bearable_growth() or not surroundings.are_back():
+        if not goes_on or number == _MOST_RUNS or growth > _bearable_growth() or not surroundings.are_back():
             break
         orders.finish_run()
         wire.end_log(job["log_end"])
@@ -294,9 +282,8 @@ def _bearable_growth() -> float:
 
 
 def _do(job: dict[str, Any], solve: Callable[[RunSpec, ChildContext], RunOutcome], wire: Wire, orders: Orders) -> bool:
-    """Do a run and report its ending; whether it is the last of this process, as it did not end well or says so."""
+    """Do a run and report its ending; whether this process may do another after it."""
     checkpoint = None if job["checkpoint"] is None else base64.b64decode(job["checkpoint"])
-    is_last = True
     last_word: dict[str, Any]
     try:
         spec = RunSpec.from_dict(job["spec"])
@@ -305,22 +292,29 @@ def _do(job: dict[str, Any], solve: Callable[[RunSpec, ChildContext], RunOutcome
             for each in job["stored"]
         ]
         find_with({run_name(start.spec.key()): start for start in stored}.get)
-        context = ChildContext(spec, wire, checkpoint, orders)
-        last_word = {"kind": "done", **solve(spec, context)._asdict()}
-        is_last = context.is_last
+        last_word = {"kind": "done", **solve(spec, ChildContext(spec, wire, checkpoint, orders))._asdict()}
     except StoppedError:
         last_word = {"kind": "stopped"}
     except DivergenceError as error:
         last_word = {"kind": "diverged", "reason": str(error)}
-        is_last = context.is_last
     except Exception as error:
         reason = str(error) if isinstance(error, ZoobenchError) else f"{type(error).__name__}: {error}"
         last_word = {"kind": "failed", "reason": reason, "traceback": traceback.format_exc()}
     # A method that was asked to stop returns early: neither its solution nor a divergence so far is the result.
     if orders.stop.is_set() and last_word["kind"] != "failed":
-        last_word, is_last = {"kind": "stopped"}, True
+        last_word = {"kind": "stopped"}
     wire.send(**last_word, peak_memory=peak_memory())
-    return is_last
+    return last_word["kind"] in ("done", "diverged") and not needs_own_process(spec, stored)
+
+
+def needs_own_process(spec: RunSpec, stored: Sequence[Start]) -> bool:
+    """Whether the process of a run is to do no other: with a GPU, or where other code than zoobench's takes part.
+
+    That is code of plug-ins, also of those in the stored runs that it names, and agents from outside. It may do to a
+    process what it likes.
+    """
+    tags = registry.get(Kind.METHOD, spec.method.name, spec.method.version).tags
+    return on_gpu(spec) or "external" in tags or any(map(plugins_of, (spec, *(each.spec for each in stored))))
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ class _Beginning(NamedTuple):
     """
 
     origin: dict[str, Any]
-    plugins: dict[str, Any]
+    plugins: list[dict[str, dict[str, str | None]]]
     environment: dict[str, str]
     stored: tuple[Start, ...]
     on_gpu: bool
@@ -55,7 +55,8 @@ class Executor:
             claim: the run.
             origin: what `provenance.gather` gives where the process is.
         """
-        beginning = _Beginning(origin, plugins_of(claim.spec), dict(os.environ), claim.stored, on_gpu(claim.spec))
+        plugins = [plugins_of(spec) for spec in (claim.spec, *(each.spec for each in claim.stored))]
+        beginning = _Beginning(origin, plugins, dict(os.environ), claim.stored, on_gpu(claim.spec))
         if self._child is None or not self._child.is_idle or beginning != self._beginning:
             self.__exit__()
             self._child, self._beginning = ChildProcess(self._start()), beginning
