@@ -22,7 +22,7 @@ SHOWN_ELSEWHERE = {
     "spinning-disc-single": "the same in 64 bits, and tests/sim/test_solver.py",
     "cantilever": "shear-wave and bar-mode: bending is both",
     "rolling-ball": "tests/sim/test_objects.py, a ball rolls down a slope",
-    "bed-friction": "tests/sim/kernels/test_two_fields.py, what slides and what sticks",
+    "bed-friction": "tests/sim/kernels/test_velocity_fields.py, what slides and what sticks",
     "taylor-green-vortex": "tests/sim/kernels/water_grid/test_advection.py, a vortex lasts",
     "vortices-of-a-body": "the same, vortices of a few cells",
     "coasting-ball": "tests/sim/kernels/water_grid/test_immersed.py, a body takes water along and coasts",
