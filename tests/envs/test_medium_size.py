@@ -88,7 +88,7 @@ def scores(env: Environment, frames: int) -> Array:
         solver = Solver(scene, grid, worlds=WORLDS, start=equilibrated(scene, grid, env.equilibration_frames))
         rollout = solver.run(actuation)
         assert not rollout.divergences
-        motion = motion_of(rollout, body, env.robot.density)
+        motion = motion_of(rollout, body, scene)
         found.append([task.score(motion).numpy() for task in tasks])
     return np.array(found)
 

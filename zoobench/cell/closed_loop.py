@@ -9,6 +9,7 @@ from zoobench.arrays import Array
 from zoobench.cell.observation import ObservationModel, seen_by
 from zoobench.cell.robot import Built, Robot
 from zoobench.controllers.base import ClosedLoop
+from zoobench.sim.model.elastic_bodies import SceneObject
 from zoobench.spec import FRAME_SECONDS
 from zoobench.tasks.base import Task
 
@@ -26,26 +27,34 @@ class FeedbackLoops:
     """
 
     def __init__(
-        self, robot: Robot, controller: ClosedLoop, built: Sequence[Built], task: Task | None, frames: int
+        self,
+        robot: Robot,
+        controller: ClosedLoop,
+        built: Sequence[Built],
+        task: Task | None,
+        frames: int,
+        objects: tuple[SceneObject, ...],
     ) -> None:
         self._robot, self._controller, self._built = robot, controller, built
-        self._observation_models = [ObservationModel(one.body, task, frames) for one in built]
+        self._observation_models = [ObservationModel(one.body, task, frames, objects) for one in built]
         self._start: FloatArray = np.zeros(0)
         self.gradients = np.zeros((len(built), robot.parameter_count))
 
     @classmethod
-    def of(cls, robot: Robot, built: Sequence[Built], task: Task, frames: int) -> "FeedbackLoops | None":
+    def of(
+        cls, robot: Robot, built: Sequence[Built], task: Task, frames: int, objects: tuple[SceneObject, ...] = ()
+    ) -> "FeedbackLoops | None":
         """The loops of a robot with a closed-loop controller in an episode of so many frames; None with an open loop.
 
-        `task` is the one that the robot was made for.
+        `task` is the one that the robot was made for, `objects` are those of the scene.
         """
         controller = robot.controller
         if not isinstance(controller, ClosedLoop):
             return None
-        return cls(robot, controller, built, seen_by(controller, task), frames)
+        return cls(robot, controller, built, seen_by(controller, task), frames, objects)
 
     def act(self, frame: int, positions: "FloatArray", velocities: "FloatArray") -> Array:
-        """Activity of a frame `[worlds, muscle_count]`, from the state at its start `[worlds, particle_count, 3]`."""
+        """Activity of a frame `[worlds, muscle_count]`, from the state at its start `[worlds, all particles, 3]`."""
         import torch
 
         if frame == 0:

@@ -82,7 +82,7 @@ class EpisodeRunner:
             name: np.concatenate([one.matter[name].detach().numpy() for one in built]) for name in built[0].matter
         }
         activity = np.concatenate([one.activity.detach().numpy() for one in built], axis=1)
-        loops = FeedbackLoops.of(self._robot, built, self._task, self._frames)
+        loops = FeedbackLoops.of(self._robot, built, self._task, self._frames, self.scene.objects)
         whole = solver.run(
             activity,
             BodyState(**matter),
@@ -92,7 +92,7 @@ class EpisodeRunner:
         )
         rollout, broken = whole.episode, _failures(whole)
         motions = [
-            motion_of(rollout, self.body, self.density, slice(world, world + 1), gradient=gradient, swims=self._swims)
+            motion_of(rollout, self.body, self.scene, slice(world, world + 1), gradient=gradient, swims=self._swims)
             for world in range(len(built))
         ]
         gradients = np.full((len(built), self._robot.parameter_count), math.nan)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from zoobench.arrays import Array
+from zoobench.cell.motion import with_states
 from zoobench.tasks.base import Motion
 
 if TYPE_CHECKING:
@@ -51,9 +52,7 @@ class History:
             return torch.tensor(values[:, None], dtype=torch.float64)
 
         return replace(
-            like,
-            positions=tensor(self._positions[world, : frames + 1]),
-            velocities=tensor(self._velocities[world, : frames + 1]),
+            with_states(like, *(tensor(of_all[world, : frames + 1]) for of_all in (self._positions, self._velocities))),
             muscle_work=tensor(self._work[world, :frames]),
             numbers=None,
         )

@@ -1,6 +1,6 @@
-"""The robot's motion as tensors for the tasks, and the adjoint of an objective for the simulator."""
+"""The motion of robot and objects as tensors for the tasks, and the adjoint of an objective for the simulator."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -9,12 +9,13 @@ from numpy.typing import NDArray
 from zoobench.arrays import Array
 from zoobench.designs.base import Body
 from zoobench.spec import FRAME_SECONDS
-from zoobench.tasks.base import Motion
+from zoobench.tasks.base import Motion, ObjectMotion
 
 if TYPE_CHECKING:
     from torch import Tensor
 
     from zoobench.sim.model.rollout import Gradient, Rollout
+    from zoobench.sim.model.scene import Scene
 
 
 BODY_ARRAYS = ("stiffness", "density_ratio", "occupancy", "muscle_membership", "fibres")
@@ -26,18 +27,18 @@ _WEIGHTS = ("occupancy", "density_ratio")  # a particle's mass is their product 
 def motion_of(
     rollout: "Rollout",
     body: Body,
-    density: float,
+    scene: "Scene",
     worlds: slice = slice(None),
     *,
     gradient: bool = False,
     swims: bool = False,
 ) -> Motion:
-    """The robot's motion in some worlds of a rollout, in double precision.
+    """The motion of robot and objects in some worlds of a rollout, in double precision.
 
     Args:
         rollout: an episode; occupancy and density are taken from it.
         body: the robot at rest.
-        density: of muscle [kg/m^3].
+        scene: which was simulated.
         worlds: by default all.
         gradient: whether positions, velocities, occupancy and masses are leaves of an autograd graph.
         swims: whether the body is in the midst of water.
@@ -47,11 +48,21 @@ def motion_of(
     def tensor(values: NDArray[Any], leaf: bool = False) -> "Tensor":
         return torch.tensor(values, dtype=torch.float64, requires_grad=leaf)
 
-    occupancy = rollout.body["occupancy"][worlds]
-    masses = density * rollout.body["density_ratio"][worlds] * occupancy * body.volumes
+    robot = scene.slice_of("robot")
+    occupancy = rollout.body["occupancy"][worlds, robot]
+    masses = scene.robot.material.density * rollout.body["density_ratio"][worlds, robot] * occupancy * body.volumes
+    objects = {
+        each.name: ObjectMotion(
+            positions=tensor(rollout.positions[:, worlds, scene.slice_of(each.name)], gradient),
+            velocities=tensor(rollout.velocities[:, worlds, scene.slice_of(each.name)], gradient),
+            masses=tensor(each.body.masses),
+            rest=tensor(each.body.positions),
+        )
+        for each in scene.objects
+    }
     return Motion(
-        positions=tensor(rollout.positions[:, worlds], gradient),
-        velocities=tensor(rollout.velocities[:, worlds], gradient),
+        positions=tensor(rollout.positions[:, worlds, robot], gradient),
+        velocities=tensor(rollout.velocities[:, worlds, robot], gradient),
         masses=tensor(masses, gradient),
         frame_seconds=FRAME_SECONDS,
         rest=tensor(body.positions),
@@ -60,7 +71,19 @@ def motion_of(
         muscle_work=tensor(rollout.muscle_work[:, worlds]),
         occupancy=tensor(occupancy, gradient),
         swims=swims,
+        objects=objects,
     )
+
+
+def with_states(motion: Motion, positions: "Tensor", velocities: "Tensor") -> Motion:
+    """The motion with other states, of the robot and the objects `[frames + 1, worlds, all particles, 3]`; views."""
+    first, objects = motion.positions.shape[2], {}
+    robot = positions[:, :, :first], velocities[:, :, :first]
+    for name, each in motion.objects.items():
+        own = slice(first, first + len(each.masses))
+        objects[name] = replace(each, positions=positions[:, :, own], velocities=velocities[:, :, own])
+        first = own.stop
+    return replace(motion, positions=robot[0], velocities=robot[1], objects=objects)
 
 
 @dataclass(frozen=True)
@@ -68,8 +91,8 @@ class MotionAdjoint:
     """Adjoint of a motion: the derivatives of a scalar by its leaves.
 
     Attributes:
-        positions, velocities: `[frames + 1, worlds, particle_count, 3]`.
-        occupancy, masses: `[worlds, particle_count]`.
+        positions, velocities: of robot and objects `[frames + 1, worlds, all particles, 3]`.
+        occupancy, masses: of the robot `[worlds, particle_count]`.
     """
 
     positions: Array
@@ -82,9 +105,13 @@ class MotionAdjoint:
         """The adjoint for a scalar `value` that was computed from `motion`."""
         import torch
 
-        leaves = (motion.positions, motion.velocities, motion.existing, motion.masses)
-        adjoints = torch.autograd.grad(value, leaves, allow_unused=True, materialize_grads=True)
-        return cls(*(adjoint.numpy() for adjoint in adjoints))
+        bodies: list[Motion | ObjectMotion] = [motion, *motion.objects.values()]
+        leaves = [*(body.positions for body in bodies), *(body.velocities for body in bodies)]
+        adjoints = torch.autograd.grad(
+            value, (*leaves, motion.existing, motion.masses), allow_unused=True, materialize_grads=True
+        )
+        states = (torch.cat(part, dim=2) for part in (adjoints[: len(bodies)], adjoints[len(bodies) : -2]))
+        return cls(*(adjoint.numpy() for adjoint in (*states, *adjoints[-2:])))
 
     @classmethod
     def joined(cls, parts: "list[MotionAdjoint]") -> "MotionAdjoint":
@@ -103,7 +130,8 @@ class MotionAdjoint:
         by occupancy and mass.
         """
         adjoints: dict[str, Array] = {name: getattr(simulated, name) for name in BODY_ARRAYS}
-        weighed = {name: self.masses * density * rollout.body[name] * body.volumes for name in _WEIGHTS}
+        robot = slice(body.particle_count)
+        weighed = {name: self.masses * density * rollout.body[name][:, robot] * body.volumes for name in _WEIGHTS}
         adjoints["occupancy"] = adjoints["occupancy"] + (self.occupancy + weighed["density_ratio"])
         adjoints["density_ratio"] = adjoints["density_ratio"] + weighed["occupancy"]
         return adjoints

@@ -9,8 +9,9 @@ import numpy as np
 
 from zoobench.controllers.base import WAVE_RATE, Controller
 from zoobench.designs.base import Body
+from zoobench.sim.model.elastic_bodies import SceneObject
 from zoobench.spec import FRAME_SECONDS
-from zoobench.tasks.base import Observed, Situation, Task, constant
+from zoobench.tasks.base import ObjectState, Observed, Situation, Task, axes_of, constant
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -28,7 +29,8 @@ def layout_of(muscle_count: int, task: Task | None) -> Layout:
     import torch
 
     zero, *axes = torch.cat([torch.zeros(1, 3), torch.eye(3)]).double()
-    anywhere = Situation(time=0.0, start=zero, centre=zero, ahead=axes[0], right=axes[2], length=1.0)
+    objects = {"object": ObjectState(zero, zero, zero, torch.stack(axes))}
+    anywhere = Situation(time=0.0, start=zero, centre=zero, ahead=axes[0], right=axes[2], length=1.0, objects=objects)
     added = ((name, len(values)) for name, values in observed(task, anywhere).items())
     return (*body, *added, ("time_left", 1))
 
@@ -67,11 +69,13 @@ class ObservationModel:
         body: at rest.
         task: None for observations of the body only, without the last two.
         frames: length of the episode.
+        objects: of the scene; their particles follow the robot's in every state.
     """
 
     body: Body
     task: Task | None
     frames: int
+    objects: tuple[SceneObject, ...] = ()
 
     @cached_property
     def layout(self) -> Layout:
@@ -90,13 +94,13 @@ class ObservationModel:
 
         Args:
             frame: number of control frames since the start of the episode.
-            positions: of the particles `[particle_count, 3]` [m].
-            velocities: `[particle_count, 3]` [m/s].
-            start: positions at the start of the episode `[particle_count, 3]` [m].
-            occupancy: `[particle_count]` in [0, 1].
+            positions: of the robot's particles and of the objects' `[all particles, 3]` [m].
+            velocities: `[all particles, 3]` [m/s].
+            start: positions at the start of the episode `[all particles, 3]` [m].
+            occupancy: of the robot's `[particle_count]` in [0, 1].
         """
         weights = self.weights(occupancy)
-        return self.observe_with(weights, frame, positions, velocities, weights.share @ start)
+        return self.observe_with(weights, frame, positions, velocities, self.centres(weights, start))
 
     def weights(self, occupancy: "Tensor") -> "Weights":
         """The weights of observations of a body with this occupancy `[particle_count]`, whatever its motion."""
@@ -112,22 +116,52 @@ class ObservationModel:
         return Weights(share, muscles, *ends, rest=muscles @ rest - share @ rest)
 
     def observe_with(
-        self, weights: "Weights", frame: int, positions: "Tensor", velocities: "Tensor", begun: "Tensor"
+        self, weights: "Weights", frame: int, places: "Tensor", velocities: "Tensor", begun: "Tensor"
     ) -> "Tensor":
-        """As `observe`, with the body's `weights` and the centre of mass at the start of the episode `[3]` [m]."""
+        """As `observe`, with the body's `weights` and the `centres` at the start of the episode."""
         import torch
 
-        length = self.length
+        length, count = self.length, self.body.particle_count
+        positions, moving, start = places[:count], velocities[:count], begun[0]
         axes, angle = _axes(weights, positions)
-        centre, speed = weights.share @ positions, weights.share @ velocities
+        centre, speed = weights.share @ positions, weights.share @ moving
         apart = (weights.muscles @ positions - centre) @ axes.T - weights.rest
-        faster = (weights.muscles @ velocities - speed) @ axes.T
-        own = (axes @ speed / (WAVE_RATE * length), (centre - begun) / length, angle)
+        faster = (weights.muscles @ moving - speed) @ axes.T
+        own = (axes @ speed / (WAVE_RATE * length), (centre - start) / length, angle)
         parts = [*own, (apart / length).reshape(-1), (faster / (WAVE_RATE * length)).reshape(-1)]
         if self.task is not None:
-            situation = Situation(frame * FRAME_SECONDS, begun, centre, axes[0], axes[2], length)
+            objects = self._objects(places, velocities, begun)
+            situation = Situation(frame * FRAME_SECONDS, start, centre, axes[0], axes[2], length, objects)
             parts += [*observed(self.task, situation).values(), centre.new_tensor([1.0 - frame / self.frames])]
         return torch.cat(parts)
+
+    def centres(self, weights: "Weights", positions: "Tensor") -> "Tensor":
+        """Centres of mass of the robot and the objects `[1 + object_count, 3]` [m]; arguments as above."""
+        import torch
+
+        robot = weights.share @ positions[: self.body.particle_count]
+        return torch.stack([robot, *(share @ positions[own] for own, share, _ in self._matter)])
+
+    def _objects(self, positions: "Tensor", velocities: "Tensor", begun: "Tensor") -> dict[str, ObjectState]:
+        return {
+            each.name: ObjectState(
+                start, share @ positions[own], share @ velocities[own], axes_of(positions[own], rest, share)
+            )
+            for each, start, (own, share, rest) in zip(self.objects, begun[1:], self._matter, strict=True)
+        }
+
+    @cached_property
+    def _matter(self) -> "list[tuple[slice, Tensor, Tensor]]":
+        """Where an object's particles are, their shares of its mass, and their positions without strain [m]."""
+        import torch
+
+        found, first = [], self.body.particle_count
+        for each in self.objects:
+            masses = torch.as_tensor(each.body.masses)
+            own = slice(first, first + len(masses))
+            found.append((own, masses / masses.sum(), torch.as_tensor(each.body.positions)))
+            first = own.stop
+        return found
 
     @cached_property
     def length(self) -> float:

@@ -13,7 +13,7 @@ from zoobench.cell.episode_runner import EpisodeRunner, Watch
 from zoobench.cell.meter import BudgetMeter
 from zoobench.cell.robot import Built, Draft, Robot
 from zoobench.cell.solvers import Solvers
-from zoobench.cell.targets import target_fault
+from zoobench.cell.task_fault import task_fault
 from zoobench.cell.warm_start import overlay
 from zoobench.designs.base import Body
 from zoobench.envs.base import Environment
@@ -69,7 +69,7 @@ class Problem:
         self.task: Task = registry.create(Kind.TASK, spec.task)
         self.fidelity: Fidelity = registry.create(Kind.FIDELITY, spec.fidelity)
         self.robot = Robot.of(spec.design, spec.controller, self.fidelity, spec.task)
-        if fault := target_fault(spec):
+        if fault := task_fault(spec):
             raise UsageError(fault)
         self.overlay = None if start is None else overlay(start, spec, self.robot)
         self._runner = self._runner_of(self.body, is_fixed=self.robot.space is None)

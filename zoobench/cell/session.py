@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from zoobench.arrays import Array
 from zoobench.cell.episode import Evaluation, evaluation_of
 from zoobench.cell.history import History
-from zoobench.cell.motion import motion_of
+from zoobench.cell.motion import motion_of, with_states
 from zoobench.cell.observation import Layout, ObservationModel, seen_by
 from zoobench.cell.problem import Problem
 from zoobench.cell.wall_gap import gaps_of, reading, told
@@ -80,12 +80,12 @@ class Session:
         self._weights = self._observation_model.weights(torch.as_tensor(problem.body.occupancy))
         self._tasks = [problem.task] * solver.worlds
         self._history = History(problem.spec.frames, self._playback.rollout) if keeps_history else None
-        # of the robots' particles, at the start of the episode and now `[2, worlds, particle_count, 3]` [m], [m/s]
+        # of robots and objects, at the start of the episode and now `[2, worlds, all particles, 3]` [m], [m/s]
         shape = (2, *self._playback.rollout.positions.shape[1:])
         self._positions, self._velocities = (torch.zeros(shape, dtype=torch.float64) for _ in range(2))
         self._starts = [self._start(world) for world in range(solver.worlds)]
         self._begun = [self._centre(world) for world in range(solver.worlds)]
-        self._joined: dict[tuple[int, ...], tuple[Motion, NDArray[np.int64]]] = {}
+        self._joined: dict[tuple[int, ...], tuple[Motion, tuple[Tensor, Tensor], NDArray[np.int64]]] = {}
         self._over = np.ones(solver.worlds, dtype=bool)
         self._last = np.zeros(solver.worlds)
         self.failures = 0
@@ -240,11 +240,14 @@ class Session:
     def _start(self, world: int) -> Motion:
         """The motion of a world that is about to begin, whose last state is the present one."""
         problem, place = self._problem, slice(world, world + 1)
-        return motion_of(self._playback.rollout, problem.body, problem.density, place)
+        return motion_of(self._playback.rollout, problem.body, problem.scene, place)
 
     def _centre(self, world: int) -> "Tensor":
-        """Centre of mass of a world that is about to begin `[3]` [m]."""
-        return self._weights.share @ self._starts[world].positions[1, 0]
+        """Centres of mass of a world that is about to begin, see `ObservationModel.centres`."""
+        import torch
+
+        present = self._playback.rollout.positions[1, world]
+        return self._observation_model.centres(self._weights, torch.tensor(present, dtype=torch.float64))
 
     def _observations(self) -> Array:
         """Observations of all worlds `[worlds, observation_count]`."""
@@ -285,34 +288,34 @@ class Session:
         for world in worlds:
             groups.setdefault((id(self._tasks[world]), int(self._playback.frames[world])), []).append(world)
         for (_, frame), some in groups.items():
-            motion, numbers = self._side_by_side(tuple(some))
+            motion, states, numbers = self._side_by_side(tuple(some))
             motion.muscle_work.numpy()[:] = work if len(some) == self.worlds else work[:, some]
             if len(some) < self.worlds:
-                for place, all_places in ((motion.positions, self._positions), (motion.velocities, self._velocities)):
-                    all_places.numpy().take(some, axis=1, out=place.numpy())
+                for state, of_all in zip(states, (self._positions, self._velocities), strict=True):
+                    of_all.numpy().take(some, axis=1, out=state.numpy())
             numbers[1] = frame
             motion.forget()
             with torch.inference_mode():
                 rewards[some] = self._tasks[some[0]].reward(motion)[-1].numpy()
         return rewards
 
-    def _side_by_side(self, worlds: tuple[int, ...]) -> tuple[Motion, NDArray[np.int64]]:
-        """The motion of these worlds from start to present, and its `numbers`; every frame writes them anew."""
+    def _side_by_side(self, worlds: tuple[int, ...]) -> "tuple[Motion, tuple[Tensor, Tensor], NDArray[np.int64]]":
+        """The motion of these worlds from start to present, with its states and `numbers`; every frame writes them."""
         import torch
 
         if worlds not in self._joined:
             starts, shape = [self._starts[world] for world in worlds], (2, len(worlds), *self._positions.shape[2:])
             is_all, numbers = len(worlds) == self.worlds, np.zeros(2, np.int64)
+            empty = torch.empty((2, *shape), dtype=torch.float64)
+            states = (self._positions, self._velocities) if is_all else (empty[0], empty[1])
             motion = replace(
-                starts[0],
-                positions=self._positions if is_all else torch.empty(shape, dtype=torch.float64),
-                velocities=self._velocities if is_all else torch.empty(shape, dtype=torch.float64),
+                with_states(starts[0], *states),
                 masses=torch.cat([start.masses for start in starts]),
                 occupancy=torch.cat([start.existing for start in starts]),
                 muscle_work=torch.empty((1, len(worlds), self.muscle_count), dtype=torch.float64),
                 numbers=torch.from_numpy(numbers),
             )
-            self._joined[worlds] = motion, numbers
+            self._joined[worlds] = motion, states, numbers
         return self._joined[worlds]
 
     def _evaluation(self, world: int) -> Evaluation:
@@ -336,7 +339,7 @@ class Session:
 def observation_model(problem: Problem, task: Task | None = None) -> ObservationModel:
     """The observations of the problem's robot at a task, by default the problem's."""
     seen = seen_by(problem.robot.controller, task or problem.task)
-    return ObservationModel(problem.body, seen, problem.spec.frames)
+    return ObservationModel(problem.body, seen, problem.spec.frames, problem.scene.objects)
 
 
 def new_session(

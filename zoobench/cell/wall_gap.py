@@ -20,13 +20,16 @@ _SIDES = (0, 2)
 
 
 def gaps_of(motion: Motion, scene: Scene, offsets: Array, grid_spacing: float) -> Array:
-    """Gaps of the only world of a motion from the sides of its arena `[frames + 1]` [cells].
+    """Gaps of robot and objects of a motion's only world from the sides of the arena `[frames + 1]` [cells].
 
     Args:
         offsets: how far the arena had moved after the robot `[frames + 1, 3]` [m].
         grid_spacing: length of a cell [m].
     """
     places, present = motion.positions[:, 0].detach().numpy(), motion.existing[0].detach().numpy() > SOLID
+    for each in motion.objects.values():
+        places = np.concatenate([places, each.positions[:, 0].detach().numpy()], axis=1)
+        present = np.concatenate([present, np.ones(len(each.masses), bool)])
     return wall_gaps(places, present, scene.lower + offsets, scene.upper + offsets, grid_spacing)
 
 

@@ -10,6 +10,7 @@ from zoobench.arrays import Array
 from zoobench.designs.base import Body
 from zoobench.envs.bed import Bed, sharing, without_overlap
 from zoobench.envs.hills import LEVEL, Hills
+from zoobench.envs.objects import NO_OBJECTS, Objects
 from zoobench.envs.physics import LAND, Contact, Physics
 from zoobench.envs.profile import LEVEL_WAY, Profile
 from zoobench.errors import SceneError, UsageError
@@ -96,6 +97,7 @@ class Environment:
             water is level, its thickness above the lowest ground.
         skin: of the ground, by which it carries a robot outside water.
         water: that fills the arena, on a grid, in place of a bed; the ground is smooth.
+        objects: about the robot.
     """
 
     robot: ElasticMaterial
@@ -110,6 +112,7 @@ class Environment:
     profile: Profile = LEVEL_WAY
     skin: GroundSkin = SKIN
     water: GridWater | None = None
+    objects: Objects = NO_OBJECTS
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.friction < np.inf:
@@ -125,11 +128,14 @@ class Environment:
 
     @property
     def follows(self) -> bool:
-        """Whether the arena follows the robot: on level ground, on beds of solid matter, and in water on a grid."""
+        """Whether the arena follows the robot: on level ground, on beds of solid matter, and in water on a grid.
+
+        One with objects stays where they are.
+        """
         solid = self.bed is None or (
             self.stance is Stance.STANDING and not isinstance(self.bed.material, WaterMaterial)
         )
-        return self.profile.is_level and not self.hills.relief and solid
+        return self.profile.is_level and not self.hills.relief and solid and not self.objects
 
     def scene(self, body: Body, fidelity: Fidelity, seconds: float = EPISODE_SECONDS) -> Scene:
         """The body at rest at its start, in or on the medium without overlap.
@@ -171,7 +177,8 @@ class Environment:
             water=self.water,
             follows=self.follows,
         )
-        return standing(scene, body.edge)
+        scene = standing(scene, body.edge)
+        return self.objects.placed(scene, fidelity) if self.objects else scene
 
     def _check_density(self, ratio: float) -> None:
         """Raise a `UsageError` where matter of this density ratio is too light for water on a grid, see `LIGHTEST`."""
@@ -255,7 +262,7 @@ class Environment:
 
 
 def firm_environment(
-    *, friction: float, hills: Hills, profile: Profile, physics: Physics, contact: Contact
+    *, friction: float, hills: Hills, profile: Profile, physics: Physics, contact: Contact, objects: Objects
 ) -> Environment:
     """A land robot on firm ground, level or not, without walls."""
     return Environment(
@@ -267,6 +274,7 @@ def firm_environment(
         hills=hills,
         profile=profile,
         skin=contact.skin,
+        objects=objects,
     )
 
 

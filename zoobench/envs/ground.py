@@ -2,12 +2,13 @@
 
 from zoobench.envs.base import Environment, firm_environment
 from zoobench.envs.hills import LEVEL, Hills
+from zoobench.envs.objects import NO_OBJECTS, Objects
 from zoobench.envs.physics import LAND, SKINNED, Contact, Physics
 from zoobench.envs.profile import LEVEL_WAY, Profile
 from zoobench.registry import Kind, register
 
 
-@register(Kind.ENV, "ground", version=4, tags=("land",), added=("physics", "profile", "contact"))
+@register(Kind.ENV, "ground", version=4, tags=("land",), added=("physics", "profile", "contact", "objects"))
 def ground(
     *,
     friction: float = 0.5,
@@ -15,9 +16,12 @@ def ground(
     profile: Profile = LEVEL_WAY,
     physics: Physics = LAND,
     contact: Contact = SKINNED,
+    objects: Objects = NO_OBJECTS,
 ) -> Environment:
     """Firm, rough ground.
 
     * `friction`: Coulomb coefficient [-]; 0.5 is "high" in table 6 of SoftZoo's paper.
     """
-    return firm_environment(friction=friction, hills=hills, profile=profile, physics=physics, contact=contact)
+    return firm_environment(
+        friction=friction, hills=hills, profile=profile, physics=physics, contact=contact, objects=objects
+    )

@@ -9,7 +9,7 @@ import numpy as np
 from zoobench import registry
 from zoobench.arrays import Array
 from zoobench.cell.problem import Problem
-from zoobench.cell.targets import target_fault
+from zoobench.cell.task_fault import task_fault
 from zoobench.controllers.base import WAVE_RATE
 from zoobench.errors import UsageError
 from zoobench.gym.drawn_physics import DrawnPhysics, Values, with_physics
@@ -96,7 +96,7 @@ class Beginnings:
         for _ in range(_TRIES):
             params = {**spec.task.kwargs, "path": "random", "path_seed": int(rng.integers(2**31))}
             ref = registry.resolve(Kind.TASK, Ref(spec.task.name, spec.task.version, tuple(sorted(params.items()))))
-            if not (fault := target_fault(replace(spec, task=ref))):
+            if not (fault := task_fault(replace(spec, task=ref))):
                 task: Task = registry.create(Kind.TASK, ref)
                 return task
         raise UsageError(f"None of {_TRIES} random paths fits into the arena. {fault}")

@@ -7,7 +7,7 @@ from itertools import product
 
 from zoobench import registry
 from zoobench.cell.firm_ground import rest_frame_fault
-from zoobench.cell.targets import target_fault
+from zoobench.cell.task_fault import task_fault
 from zoobench.errors import UnknownNameError, UsageError
 from zoobench.registry import Kind
 from zoobench.spec import Budget, Ref, RunSpec, Selector, matching, on_gpu
@@ -143,7 +143,7 @@ def _why_impossible(spec: RunSpec) -> str | None:
                 f"The method {method.name!r} {wish}, and the {kind.noun} {other.name!r} is none. "
                 f"Choose one that is: --{kind.noun} {','.join(known)}."
             )
-    if fault := target_fault(spec):
+    if fault := task_fault(spec):
         return fault
     for tag, kind, unfit, wish, fact in CLASHING:
         other = registry.get(kind, refs[kind].name, refs[kind].version)

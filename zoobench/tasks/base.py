@@ -23,6 +23,63 @@ class Metric:
 
 
 @dataclass(frozen=True)
+class ObjectMotion:
+    """The motion of an object in every world; the first state is that before any control.
+
+    Attributes:
+        positions: `[frames + 1, worlds, particle_count, 3]` [m].
+        velocities: the same shape [m/s].
+        masses: `[particle_count]` [kg].
+        rest: positions without strain `[particle_count, 3]` [m].
+    """
+
+    positions: "Tensor"
+    velocities: "Tensor"
+    masses: "Tensor"
+    rest: "Tensor"
+
+    @property
+    def share(self) -> "Tensor":
+        """Share of the mass `[particle_count]`."""
+        share: Tensor = self.masses / self.masses.sum()
+        return share
+
+    def centre_of_mass(self) -> "Tensor":
+        """The centre of mass `[frames + 1, worlds, 3]` [m]."""
+        centre: Tensor = self.share @ self.positions
+        return centre
+
+    def axes(self) -> "Tensor":
+        """Directions of the object's x, y and z axis as rows `[frames + 1, worlds, 3, 3]`, see `axes_of`."""
+        return axes_of(self.positions, self.rest, self.share)
+
+
+def axes_of(positions: "Tensor", rest: "Tensor", share: "Tensor") -> "Tensor":
+    """Directions of a nearly rigid body's x, y and z axis as rows `[..., 3, 3]`, orthogonal unit vectors.
+
+    By Gram and Schmidt from the linear map that fits its positions best, x first.
+
+    Args:
+        positions: `[..., particle_count, 3]` [m].
+        rest: the same where the axes are those of the world `[particle_count, 3]` [m].
+        share: of the mass `[particle_count]`.
+    """
+    import torch
+
+    arm = rest - share @ rest
+    weighed = share[:, None] * arm
+    fit = torch.linalg.inv(arm.T @ weighed) @ (weighed.T @ positions)
+    first = _unit(fit[..., 0, :])
+    second = _unit(fit[..., 1, :] - (fit[..., 1, :] * first).sum(-1, keepdim=True) * first)
+    return torch.stack([first, second, torch.linalg.cross(first, second)], dim=-2)
+
+
+def _unit(vectors: "Tensor") -> "Tensor":
+    unit: Tensor = vectors / vectors.square().sum(-1, keepdim=True).sqrt()
+    return unit
+
+
+@dataclass(frozen=True)
 class Motion:
     """The robot's motion in every world; the first state is that before any control.
 
@@ -38,6 +95,7 @@ class Motion:
         occupancy: `[worlds, particle_count]` in [0, 1]; None if it is 1 for every particle with mass.
         swims: whether the body is in the midst of water, so that readings of swimming mean something.
         numbers: the control frames at whose ends the states are `[frames + 1]`; by default 0, 1, 2 and so on.
+        objects: those of the scene by name.
     """
 
     positions: "Tensor"
@@ -51,6 +109,7 @@ class Motion:
     occupancy: "Tensor | None" = None
     numbers: "Tensor | None" = None
     swims: bool = False
+    objects: Mapping[str, ObjectMotion] = field(default_factory=dict)
     _known: "dict[str, Tensor]" = field(default_factory=dict, init=False, repr=False, compare=False)
     _of_bodies: "dict[Hashable, Tensor]" = field(default_factory=dict, init=False, repr=False, compare=False)
 
@@ -82,6 +141,11 @@ class Motion:
     def forget(self) -> None:
         """Forget readings of states that have been overwritten since."""
         self._known.clear()
+
+    @property
+    def object(self) -> ObjectMotion:
+        """The first object; a task that reads it says so, see `Task.needs_object`."""
+        return next(iter(self.objects.values()))
 
     @property
     def existing(self) -> "Tensor":
@@ -181,9 +245,11 @@ class Task(Protocol):
 
     Attributes:
         unit: of score, reward and objective.
+        needs_object: whether it reads an object, so that it is possible only where there is one.
     """
 
     unit: ClassVar[str]
+    needs_object: ClassVar[bool] = False
 
     @property
     def routes(self) -> "tuple[Route, ...]":
@@ -210,6 +276,23 @@ class Task(Protocol):
 
 
 @dataclass(frozen=True)
+class ObjectState:
+    """An object at the start of a control frame.
+
+    Attributes:
+        start: centre of mass at the start of the episode `[3]` [m].
+        centre: centre of mass now `[3]` [m].
+        velocity: of the centre of mass `[3]` [m/s].
+        axes: see `axes_of` `[3, 3]`.
+    """
+
+    start: "Tensor"
+    centre: "Tensor"
+    velocity: "Tensor"
+    axes: "Tensor"
+
+
+@dataclass(frozen=True)
 class Situation:
     """The robot at the start of a control frame, from which a task tells a closed loop about itself.
 
@@ -219,6 +302,7 @@ class Situation:
         centre: centre of mass now `[3]` [m].
         ahead, right: horizontal unit vectors of the present heading `[3]`.
         length: of the body at rest [m].
+        objects: those of the scene by name.
     """
 
     time: float
@@ -227,6 +311,12 @@ class Situation:
     ahead: "Tensor"
     right: "Tensor"
     length: float
+    objects: Mapping[str, ObjectState] = field(default_factory=dict)
+
+    @property
+    def object(self) -> ObjectState:
+        """The first object."""
+        return next(iter(self.objects.values()))
 
     def components(self, vector: "Tensor") -> "Tensor":
         """The components of a vector `[3]` ahead and to the right `[2]`."""

@@ -108,7 +108,7 @@ class GradientCase:
         built, frames = self._build(arrays), len(arrays["actuation"])
         body = {name: arrays[name] for name in BODY_ARRAYS if name in arrays}
         body |= {name: value.detach().numpy() for name, value in built.matter.items()}
-        loops = FeedbackLoops.of(self._robot, [built], self._task, frames)
+        loops = FeedbackLoops.of(self._robot, [built], self._task, frames, self._solver.scene.objects)
         feedback = loops.act if loops else None
         rollout = self._solver.run(arrays["actuation"], BodyState(**body), replay=replay, feedback=feedback)
         if rollout.divergences:
@@ -129,7 +129,8 @@ class GradientCase:
     def gradient(self, rollout: Rollout, arrays: Arrays) -> tuple[Arrays, str]:
         """The gradient of the objective by every group of parameters in `arrays`, and where it is not finite."""
         built, count = self._build(arrays), self._robot.control_count
-        loops = FeedbackLoops.of(self._robot, [built], self._task, len(arrays["actuation"]))
+        objects, frames = self._solver.scene.objects, len(arrays["actuation"])
+        loops = FeedbackLoops.of(self._robot, [built], self._task, frames, objects)
         motion = self._motion(rollout, leaf=True)
         direct = MotionAdjoint.of(self._task.objective(motion).sum(), motion)
         feedback = loops.adjoint(rollout) if loops else None
@@ -169,7 +170,7 @@ class GradientCase:
         return float(np.sqrt(((here - rollout.positions[frame, 0]) ** 2).sum(1).mean()))
 
     def _motion(self, rollout: Rollout, *, leaf: bool) -> Motion:
-        return motion_of(rollout, self._body, self._density, gradient=leaf)
+        return motion_of(rollout, self._body, self._solver.scene, gradient=leaf)
 
     def _build(self, arrays: Arrays, frames: int = 0) -> Built:
         """The relaxed robot for groups of parameters; errors as of `_draft`."""

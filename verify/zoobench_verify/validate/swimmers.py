@@ -89,8 +89,9 @@ def _swim(frequency: float, way: float = 1.0, level: str = "standard") -> Swim:
     parameters = torch.tensor([[0.0, 0.0, _STRENGTH, _GROWTH]], dtype=torch.float64)
     beginning = torch.clamp(times * frequency, max=1.0)[:, None, None]
     activity = (beginning * wave.actuation(parameters, times, body.muscle_count)).numpy()
-    rollout = Solver(env.scene(body, fidelity), fidelity, frame_seconds=FRAME_SECONDS).run(activity)
-    return _measured(motion_of(rollout, body, env.robot.density, swims=True), body, frequency)
+    scene = env.scene(body, fidelity)
+    rollout = Solver(scene, fidelity, frame_seconds=FRAME_SECONDS).run(activity)
+    return _measured(motion_of(rollout, body, scene, swims=True), body, frequency)
 
 
 def _measured(motion: Motion, body: Body, frequency: float) -> Swim:

@@ -73,6 +73,12 @@ class ElasticBody(BodyParticles):
     edge: float | None = None
     site_offsets: Array | None = None
 
+    @property
+    def masses(self) -> Array:
+        """Masses of the particles `[particle_count]` [kg]."""
+        found: Array = self.material.density * self.density_ratio * self.occupancy * self.volumes
+        return found
+
     @classmethod
     def placed(
         cls, material: ElasticMaterial, particles: BodyParticles, positions: Array, edge: float | None = None

@@ -10,7 +10,7 @@ from tests.conformance.cells import cell
 from zoobench import registry
 from zoobench.cell.problem import Problem
 from zoobench.cell.robot import Robot
-from zoobench.cell.targets import target_fault
+from zoobench.cell.task_fault import task_fault
 from zoobench.errors import UsageError
 from zoobench.harness import suites
 from zoobench.harness.grid import GridSpec, Skip, expand
@@ -21,7 +21,7 @@ from zoobench.spec import RunSpec
 def test_a_target_that_leaves_the_arena_is_refused() -> None:
     """With time, place, size and remedy, from the frame on in which half the robot's length reaches the wall."""
     spec = cell(environment="shallow-water", task="waypoint-following[path=straight,speed=0.3]", frames=200)
-    fault = target_fault(spec)
+    fault = task_fault(spec)
     robot = Robot.of(spec.design, spec.controller, registry.create(Kind.FIDELITY, spec.fidelity), spec.task)
     # it starts at 0.35 of 0.625 m, and the run-up costs 0.2 s
     seconds = (0.65 * 0.625 - np.ptp(robot.body.positions[:, 0]) / 2) / 0.3 + 0.2
@@ -51,13 +51,13 @@ def test_the_remedies_help(change: dict[str, str]) -> None:
         "task": "waypoint-following[path=straight,speed=0.3]",
         "frames": 200,
     } | change
-    assert not target_fault(cell(**given))  # type: ignore[arg-type]
+    assert not task_fault(cell(**given))  # type: ignore[arg-type]
 
 
 def test_a_mixture_is_as_its_tasks() -> None:
     """Only those with a weight."""
     task = "mix[waypoint-following=1,path=straight,speed=0.3]"
-    assert "leaves the arena" in target_fault(cell(environment="shallow-water", task=task, frames=200))
+    assert "leaves the arena" in task_fault(cell(environment="shallow-water", task=task, frames=200))
 
 
 def test_a_path_from_a_file_is_checked_alike(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -65,8 +65,8 @@ def test_a_path_from_a_file_is_checked_alike(tmp_path: Path, monkeypatch: pytest
     monkeypatch.chdir(tmp_path)
     Path("path.csv").write_text("t,x,z\n0,0,0\n0.4,0,0.02\n0.8,0,0.3\n")
     spec = cell(environment="shallow-water", task="velocity-tracking[target=path.csv]", frames=100)
-    assert "leaves the arena" in target_fault(spec)
-    assert "ends at 0.8 s" in target_fault(cell(task="velocity-tracking[target=path.csv]", frames=101))
+    assert "leaves the arena" in task_fault(spec)
+    assert "ends at 0.8 s" in task_fault(cell(task="velocity-tracking[target=path.csv]", frames=101))
     axes = ((spec.env,), (spec.task,), (spec.design,), (spec.controller,), (spec.method,), (0,))
     (run,) = expand(GridSpec(*axes, spec.budget, spec.fidelity, spec.frames))
     assert isinstance(run, Skip)
@@ -79,4 +79,4 @@ def test_no_cell_of_the_published_suites_is_refused(name: str) -> None:
     cells = [suites.spec_of(item) for item in suites.load(name).cells]
     followed = [spec for spec in cells if "path" in spec.task.kwargs]
     assert followed
-    assert not [spec for spec in followed if isinstance(spec, RunSpec) and target_fault(spec)]
+    assert not [spec for spec in followed if isinstance(spec, RunSpec) and task_fault(spec)]

@@ -1,4 +1,4 @@
-"""Targets against the arena: whether a robot has room to follow the path of its task."""
+"""Tasks against environments: whether there is an object where one is needed, and room to follow a target."""
 
 from functools import lru_cache
 
@@ -15,22 +15,29 @@ from zoobench.spec import FRAME_SECONDS, Ref, RunSpec
 _ROUNDING = 1e-9  # [m]
 
 
-def target_fault(spec: RunSpec) -> str:
-    """Why the target of a run's task cannot be followed to the end; empty if it can, or if the task has no target.
+def task_fault(spec: RunSpec) -> str:
+    """Why a run's task is not possible in its environment; empty if it is.
 
-    A path from a file must last as long as the episode, and where the arena does not follow the robot, the target must
-    keep half of the robot's length away from its walls. A body that cannot be made is refused elsewhere.
+    A task with an object needs an environment with one. The target of another must be followed to the end: a path from
+    a file must last as long as the episode, and where the arena does not follow the robot, the target must keep half of
+    the robot's length away from its walls. A body that cannot be made is refused elsewhere.
     """
     return _fault(spec.env, spec.task, spec.design, spec.fidelity, spec.frames)
 
 
 @lru_cache
 def _fault(env_ref: Ref, task_ref: Ref, design: Ref, fidelity: Ref, frames: int) -> str:
+    env: Environment = registry.create(Kind.ENV, env_ref)
+    task = registry.create(Kind.TASK, task_ref)
     # a task of a plug-in may lack new parts of the protocol
-    routes = getattr(registry.create(Kind.TASK, task_ref), "routes", ())
+    if getattr(task, "needs_object", False) and not env.objects:
+        return (
+            f"The task {task_ref.name!r} needs an object, and {env_ref.name!r} has none here. Give one, for example "
+            "--env 'ground[object=box]'."
+        )
+    routes = getattr(task, "routes", ())
     if not routes:
         return ""
-    env: Environment = registry.create(Kind.ENV, env_ref)
     grid: Fidelity = registry.create(Kind.FIDELITY, fidelity)
     times = np.arange(frames + 1) * FRAME_SECONDS
     sizes, start = (each[[0, 2]] for each in env.standing_size(frames * FRAME_SECONDS, grid.grid_spacing))

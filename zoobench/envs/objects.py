@@ -1,0 +1,175 @@
+"""Objects that environments put about a robot: stiff elastic bodies to push, kick, carry or topple."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from zoobench.arrays import Array, Mask
+from zoobench.designs.sampling import Shape
+from zoobench.errors import SceneError, UsageError
+from zoobench.sim.model.elastic_bodies import ElasticBody, SceneObject
+from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.laws.elastic import ElasticMaterial
+from zoobench.sim.model.scene import Scene
+from zoobench.sim.model.standing import standing
+
+Kind = Literal["none", "box", "ball", "beam", "column", "sheet"]
+
+Place = Literal["ahead", "behind", "left", "right", "back"]
+
+PROPORTIONS: dict[str, tuple[float, float, float]] = {
+    "box": (1.0, 1.0, 1.0),
+    "ball": (1.0, 1.0, 1.0),
+    "beam": (0.3, 0.3, 1.0),
+    "column": (0.4, 1.0, 0.4),
+    "sheet": (1.0, 0.2, 1.0),
+}
+"""Length, height and width of an object by its size."""
+
+_FEWEST_CELLS = 2.0
+"""Across the thinnest side: a thinner object is felt by nodes on both sides of it at once."""
+
+_FAR = {"ahead": (1.0, 0.0), "behind": (-1.0, 0.0), "left": (0.0, -1.0), "right": (0.0, 1.0)}
+"""Directions along x and z."""
+
+_APART = 0.25
+"""Distance at which an object is put down on a back [cells]: that at which two bodies carry each other."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Objects:
+    """Objects about the robot: stiff elastic bodies with friction.
+
+    * `object`: `box`, `ball`, `beam` (across the way), `column` (an upright beam) or `sheet`; `none` for none.
+    * `object_size`: edge of a box, diameter of a ball, length of the longest side of others [m].
+    * `object_mass`: of one [kg].
+    * `object_place`: `ahead`, `behind`, `left` or `right` of the robot on the ground, or on its `back`.
+    * `object_gap`: between robot and object; for one on the back, from the robot's middle towards its head [m].
+    * `object_shift`: of an object, to the right; of one to the left or right of the robot, ahead [m].
+    * `object_friction`: Coulomb coefficient between an object and the robot, or another object [-].
+    * `object_ground_friction`: the same between an object and the ground [-].
+    * `object_stiffness`: Young's modulus [Pa]; the robot's is 1e4.
+    * `object_count`: of equal objects, in a row away from the robot, or stacked on its back.
+    """
+
+    object: Kind = "none"
+    object_size: float = 0.06
+    object_mass: float = 0.06
+    object_place: Place = "ahead"
+    object_gap: float = 0.02
+    object_shift: float = 0.0
+    object_friction: float = 0.5
+    object_ground_friction: float = 0.5
+    object_stiffness: float = 1e5
+    object_count: int = 1
+
+    def __post_init__(self) -> None:
+        for name in ("object_size", "object_mass", "object_stiffness"):
+            if not 0.0 < getattr(self, name) < np.inf:
+                raise UsageError(f"An {name} of {getattr(self, name):g} is not possible. Give a positive number.")
+        for name in ("object_friction", "object_ground_friction"):
+            if not 0.0 <= getattr(self, name) < np.inf:
+                raise UsageError(f"An {name} of {getattr(self, name):g} is not possible. Give 0 or more.")
+        if self.object_count < 1:
+            raise UsageError(f"An object_count of {self.object_count} is not possible. Give 1 or more.")
+        least = -np.inf if self.object_place == "back" else 0.0
+        if not np.isfinite([self.object_gap, self.object_shift]).all() or self.object_gap < least:
+            raise UsageError(
+                f"An object_gap of {self.object_gap:g} m with an object_shift of {self.object_shift:g} m is not "
+                "possible. Give finite numbers, and a gap of 0 or more unless the object is on the robot's back."
+            )
+
+    def __bool__(self) -> bool:
+        return self.object != "none"
+
+    @property
+    def size(self) -> Array:
+        """Length, height and width of an object `[3]` [m]."""
+        return self.object_size * np.array(PROPORTIONS[self.object])
+
+    def placed(self, scene: Scene, fidelity: Fidelity) -> Scene:
+        """The scene with the objects about its robot, each on what is below it.
+
+        Raises:
+            SceneError: an object is too thin for the grid, or does not fit into the arena.
+        """
+        h, edge = fidelity.grid_spacing, fidelity.particle_edge
+        if self.size.min() < (1.0 - 1e-9) * _FEWEST_CELLS * h:
+            raise SceneError(
+                f"A {self.object} of {self.object_size:g} m is {self.size.min():.3g} m thin, "
+                f"{self.size.min() / h:.2g} cells of {h:.4g} m; {_FEWEST_CELLS:g} are needed, and 4 felt well. Give an "
+                f"object_size of {self.object_size * _FEWEST_CELLS * h / self.size.min():.3g} m or more, or a finer "
+                "fidelity."
+            )
+        sample = Shape.standing(self._inside(), *self.size).sample(fidelity)
+        material = ElasticMaterial(
+            youngs_modulus=self.object_stiffness,
+            poissons_ratio=0.3,
+            density=self.object_mass / float(sample.volumes.sum()),
+        )
+        rest = ElasticBody.passive(material, sample.positions, sample.volumes)
+        bodies: list[ElasticBody] = []
+        for place in self._places(scene.robot, edge):
+            moved = replace(rest, positions=rest.positions + place)
+            if self.object_place == "back":
+                below = bodies[-1] if bodies else scene.robot
+                bodies.append(_put_down(moved, below, edge, _APART * h))
+            else:
+                bodies.append(_stood(scene, moved, edge))
+        objects = tuple(
+            SceneObject(
+                f"object-{number}" if number else "object", body, self.object_friction, self.object_ground_friction
+            )
+            for number, body in enumerate(bodies)
+        )
+        return replace(scene, objects=objects)
+
+    def _inside(self) -> Callable[[Array], Mask | Array]:
+        if self.object != "ball":
+            low, high = np.array([-0.5, 0.0, -0.5]) * self.size, np.array([0.5, 1.0, 0.5]) * self.size
+            return lambda x: np.all((x >= low) & (x <= high), axis=-1)
+        radius = self.object_size / 2
+        centre = np.array([0.0, radius, 0.0])
+        return lambda x: np.asarray(np.linalg.norm(x - centre, axis=-1) <= radius)
+
+    def _places(self, robot: ElasticBody, edge: float) -> Iterator[Array]:
+        """Ground points of the objects `[3]` [m], at the height of the robot's underside."""
+        low, high = robot.positions.min(axis=0) - edge / 2, robot.positions.max(axis=0) + edge / 2
+        middle, half = (low + high) / 2, (high - low) / 2
+        middle[1] = low[1]
+        if self.object_place == "back":
+            yield from [middle + np.array([self.object_gap, 0.0, self.object_shift])] * self.object_count
+            return
+        x, z = _FAR[self.object_place]
+        out, aside = np.array([x, 0.0, z]), np.array([abs(z), 0.0, abs(x)]) * self.object_shift
+        length = float(abs(out) @ self.size)
+        first = float(abs(out) @ half) + self.object_gap + length / 2
+        for number in range(self.object_count):
+            yield middle + aside + out * (first + number * (length + self.object_gap))
+
+
+NO_OBJECTS = Objects()
+
+
+def _stood(scene: Scene, body: ElasticBody, edge: float) -> ElasticBody:
+    """The body where the ground carries it."""
+    alone = replace(scene, robot=body, objects=(), follows=False)
+    return standing(alone, edge).robot
+
+
+def _put_down(body: ElasticBody, below: ElasticBody, edge: float, gap: float) -> ElasticBody:
+    """The body so far above the highest particle of another that is below it [m].
+
+    Raises:
+        SceneError: nothing of the other is below it.
+    """
+    low, high = body.positions.min(axis=0) - edge / 2, body.positions.max(axis=0) + edge / 2
+    under = ((below.positions > low) & (below.positions < high))[:, [0, 2]].all(axis=1)
+    if not under.any():
+        raise SceneError(
+            "No part of the robot is below an object on its back. Give a smaller object_gap or object_shift."
+        )
+    top = float(below.positions[under, 1].max()) + edge / 2
+    return replace(body, positions=body.positions + np.array([0.0, top + gap - low[1], 0.0]))
