@@ -55,8 +55,8 @@ class Objects:
     """
 
     object: Kind = "none"
-    object_size: float = 0.06
-    object_mass: float = 0.06
+    object_size: float = 0.0625
+    object_mass: float = 0.08
     object_place: Place = "ahead"
     object_gap: float = 0.02
     object_shift: float = 0.0
