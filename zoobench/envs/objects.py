@@ -109,7 +109,11 @@ class Objects:
             poissons_ratio=0.3,
             density=self.object_mass / float(sample.volumes.sum()),
         )
-        rest = ElasticBody.passive(material, sample.positions, sample.volumes)
+        rest = replace(
+            ElasticBody.passive(material, sample.positions, sample.volumes),
+            edge=edge,
+            site_offsets=sample.sites - sample.positions,
+        )
         bodies: list[ElasticBody] = []
         for place in self._places(scene.robot, edge):
             moved = replace(rest, positions=rest.positions + place)

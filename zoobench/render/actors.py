@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from zoobench.arrays import Array, Mask
 from zoobench.designs.base import Body
 from zoobench.render.canvas import INK, Canvas
-from zoobench.render.colours import ground_colour, medium_colour
+from zoobench.render.colours import OBJECT, ground_colour, medium_colour
 from zoobench.render.marks import put_marks
 from zoobench.render.recording import Recording
-from zoobench.render.skin import Skin, normals, skin
+from zoobench.render.skin import Skin, normals, object_skin, skin
 from zoobench.render.viewpoint import Region
 
 Update = Callable[[int], None]
@@ -132,6 +132,23 @@ def put_robot(canvas: Canvas, region: Region, values: Array, **look: Any) -> Upd
     return update
 
 
+def put_objects(canvas: Canvas, region: Region) -> Update:
+    """The objects and their shadows."""
+    recording, updates = region.recording, []
+    for thing in recording.scene.objects:
+        cover, places = object_skin(thing, recording.particle_edge), recording.objects[thing.name]
+        tints = np.tile(OBJECT, (thing.body.particle_count, 1))
+        mesh = put_skin(canvas, cover, places[0], tints, rgb=True)
+        updates.append((mesh, cover, places, tints, _put_shadow(canvas, region, mesh)))
+
+    def update(moment: int) -> None:
+        for mesh, cover, places, tints, shadow in updates:
+            _update_skin(mesh, cover, places[moment], tints)
+            shadow()
+
+    return update
+
+
 def put_skin(canvas: Canvas, cover: Skin, positions: Any, values: Array, **look: Any) -> Any:
     """A skin around particles at `positions` `[particle_count, 3]` [m]; the mesh. The rest as in `put_robot`."""
     mesh = canvas.pyvista.PolyData.from_regular_faces(cover.places @ positions.astype(float), cover.faces)
@@ -220,7 +237,7 @@ def _put_ball(canvas: Canvas, places: Array, away: Array, colour: str) -> Update
 
 
 def _put_shadow(canvas: Canvas, region: Region, robot: Any) -> Callable[[], None]:
-    """The robot's mesh projected onto bare ground."""
+    """The mesh of the robot or an object projected onto bare ground."""
     recording = region.recording
     if recording.scene.ground is None or not recording.scene.is_bare:
         return lambda: None

@@ -18,6 +18,9 @@ PASSIVE: Colour = (0.66, 0.66, 0.66)
 NO_MUSCLE: tuple[str, str | Colour] = ("no muscle", PASSIVE)
 """Its entry in a legend."""
 
+OBJECT: Colour = (0.24, 0.55, 0.47)
+"""Colour of objects: no muscle, medium or ground has it."""
+
 _ROUGH: Colour = (0.62, 0.59, 0.54)
 _SLIPPERY: Colour = (0.74, 0.88, 0.96)
 _LOW_FRICTION = 0.2  # bare ground with less is drawn as ice

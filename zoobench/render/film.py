@@ -10,7 +10,7 @@ from zoobench.arrays import Array
 from zoobench.cell.episode import Episode, Evaluation
 from zoobench.cell.problem import Problem
 from zoobench.errors import DivergenceError, UsageError
-from zoobench.render.recording import Positions, Recording, target_path, vorticity
+from zoobench.render.recording import BodyPlaces, Positions, Recording, target_path, vorticity
 from zoobench.spec import FRAME_SECONDS, RunSpec
 
 _LARGEST = 4 * 2**30
@@ -130,7 +130,7 @@ def _allocate(moments: int, particle_count: int) -> Positions:
 def _film(problem: Problem, episode: Episode, reel: _Reel) -> Film:
     record, kept = episode.record, reel.kept
     centre = record.motion.centre_of_mass()[:, 0].detach().numpy()
-    count = record.body.particle_count
+    places = BodyPlaces.of(record.scene, reel.places)
     return Film(
         spec=problem.spec,
         evaluation=episode.evaluation,
@@ -139,8 +139,9 @@ def _film(problem: Problem, episode: Episode, reel: _Reel) -> Film:
         particle_edge=problem.fidelity.particle_edge,
         kept=kept,
         times=kept.astype(np.float64) * FRAME_SECONDS,
-        robot=reel.places[:, :count],
-        medium=reel.places[:, count:],
+        robot=places.robot,
+        objects=places.objects,
+        medium=places.medium,
         vorticity=np.array(reel.vorticity) if reel.vorticity else None,
         activity=np.vstack([np.zeros_like(record.actuation[:1]), record.actuation])[kept],
         centre=centre,

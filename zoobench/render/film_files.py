@@ -12,7 +12,7 @@ import numpy as np
 
 from zoobench.arrays import Array
 from zoobench.errors import UsageError, extra, reason
-from zoobench.render.actors import PATH, TARGET, Update, put_ground, put_medium, put_paths, put_robot
+from zoobench.render.actors import PATH, TARGET, Update, put_ground, put_medium, put_objects, put_paths, put_robot
 from zoobench.render.canvas import INK, Canvas, Image, check_drawing, side_by_side
 from zoobench.render.film import Film, evenly
 from zoobench.render.formats import Destination, FilmFormat
@@ -134,6 +134,7 @@ def film_images(
             put_medium(canvas, region, size[1] / 2 / camera.half_height),
             put_water(canvas, film),
             put_active_robot(canvas, region, film.activation),
+            put_objects(canvas, region),
             put_paths(canvas, film, film.kept, camera.towards),
         ]
         canvas.text(title, 0.02, 0.94, size=1.15)
@@ -198,6 +199,7 @@ def clip(film: Film) -> tuple[bytes, bytes]:
 def _write_arrays(film: Film, path: Path) -> None:
     body = film.body
     arrays: dict[str, Any] = {name: value for name, value in vars(film).items() if isinstance(value, np.ndarray)}
+    arrays |= {name.replace("-", "_"): places for name, places in film.objects.items()}
     with _unfinished(path) as unfinished, unfinished.open("wb") as file:
         np.savez_compressed(
             file,
@@ -220,12 +222,15 @@ def _write_series(film: Film, path: Path, progress: Progress) -> None:
     folder = path.with_suffix("")
     folder.mkdir(exist_ok=True)
     exists = film.solid
-    is_robot = np.repeat([1, 0], [int(exists.sum()), film.medium.shape[1]]).astype(np.uint8)
-    passive = np.zeros(film.medium.shape[1])
+    others = [*film.objects.values(), film.medium]
+    sizes = [int(exists.sum()), *(places.shape[1] for places in others)]
+    bodies = np.repeat(np.arange(len(sizes)), sizes).astype(np.uint8)
+    is_robot = (bodies == 0).astype(np.uint8)
+    passive = np.zeros(sum(sizes[1:]))
     entries = []
     for moment in range(len(film.times)):
-        cloud = pyvista.PolyData(np.vstack([film.robot[moment, exists], film.medium[moment]]))
-        cloud["is_robot"] = is_robot
+        cloud = pyvista.PolyData(np.vstack([film.robot[moment, exists], *(places[moment] for places in others)]))
+        cloud["is_robot"], cloud["body"] = is_robot, bodies
         cloud["activation"] = np.hstack([film.activation[moment, exists], passive])
         name = f"{moment:05d}.vtp"
         cloud.save(folder / name)

@@ -6,7 +6,7 @@ import numpy as np
 
 from zoobench.arrays import Array
 from zoobench.cell.problem import Problem
-from zoobench.render.actors import PATH, TARGET, put_ground, put_medium, put_paths
+from zoobench.render.actors import PATH, TARGET, put_ground, put_medium, put_objects, put_paths
 from zoobench.render.canvas import Canvas, Image
 from zoobench.render.film_files import put_active_robot
 from zoobench.render.present import LiveWorld, Present
@@ -45,6 +45,7 @@ class LivePicture:
             put_medium(canvas, region, view.height / 2 / camera.half_height, from_above=view.camera == "top"),
             put_water(canvas, recording),
             put_active_robot(canvas, region, world.activation[None]),
+            put_objects(canvas, region),
             put_paths(canvas, recording, self._kept, camera.towards),
         ]
         spec = problem.spec

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from zoobench.arrays import Array
 from zoobench.render.actors import BALL, EDGES, GRID, PATH, TARGET, shown_grains
-from zoobench.render.colours import Colour, activation_colour, ground_colour, medium_colour
+from zoobench.render.colours import OBJECT, Colour, activation_colour, ground_colour, medium_colour
 from zoobench.render.present import LiveWorld
-from zoobench.render.skin import skin
+from zoobench.render.skin import object_skin, skin
 from zoobench.render.viewpoint import Region
 from zoobench.render.vortices import water_colours
 
@@ -116,6 +116,22 @@ def put_robot(scene: "SceneApi", region: Region) -> Update:
         for piece, places, shares in pieces:
             piece.vertices = (places @ robot).astype(np.float32)
             piece.color = _bytes(activation_colour(float(shares @ world.activation)))
+
+    return update
+
+
+def put_objects(scene: "SceneApi", region: Region) -> Update:
+    """The objects' skins."""
+    recording, pieces = region.recording, []
+    for thing in recording.scene.objects:
+        cover = object_skin(thing, recording.particle_edge)
+        vertices = (cover.places @ recording.objects[thing.name][0]).astype(np.float32)
+        mesh = scene.add_mesh_simple(f"{FRAME}/{thing.name}", vertices, cover.faces, color=_bytes(OBJECT))
+        pieces.append((mesh, cover.places, thing.name))
+
+    def update(world: LiveWorld) -> None:
+        for mesh, places, name in pieces:
+            mesh.vertices = (places @ world.recording.objects[name][0]).astype(np.float32)
 
     return update
 

@@ -8,7 +8,7 @@ import numpy as np
 from zoobench.arrays import Array
 from zoobench.cell.problem import Problem
 from zoobench.cell.session import Session
-from zoobench.render.recording import Recording, target_path, vorticity
+from zoobench.render.recording import BodyPlaces, Recording, target_path, vorticity
 from zoobench.render.viewpoint import Region, region_of
 from zoobench.spec import FRAME_SECONDS
 from zoobench.tasks.base import Task
@@ -61,19 +61,20 @@ class LiveWorld:
 
     def __init__(self, problem: Problem, positions: Array, task: Task) -> None:
         frames, body = problem.spec.frames, problem.body
-        count = body.particle_count
+        places = BodyPlaces.of(problem.scene, positions[None].astype(np.float32))
         masses = body.masses(1.0)
         self._weights, self._spacing = masses / masses.sum(), problem.fidelity.grid_spacing
-        centre = self._weights @ positions[:count]
+        centre = self._weights @ positions[: len(masses)]
         nx, _, nz = problem.scene.cells(self._spacing)
-        self.frame, self.activation = 0, np.zeros(count)
+        self.frame, self.activation = 0, np.zeros(len(masses))
         self.recording = Recording(
             scene=problem.scene,
             body=body,
             particle_edge=problem.fidelity.particle_edge,
             times=np.zeros(1),
-            robot=positions[None, :count].astype(np.float32),
-            medium=positions[None, count:].astype(np.float32),
+            robot=places.robot,
+            objects=places.objects,
+            medium=places.medium,
             centre=np.tile(centre, (frames + 1, 1)),
             target=target_path(task, centre, frames),
             vorticity=None if problem.scene.water is None else np.zeros((1, nx + 1, nz + 1)),
@@ -104,12 +105,14 @@ class LiveWorld:
 
     def take(self, present: Present) -> None:
         """Go on to a moment of the episode."""
-        recording, count = self.recording, self.recording.body.particle_count
+        recording = self.recording
+        places = BodyPlaces.of(recording.scene, present.positions[None].astype(np.float32))
         self.frame = round(present.seconds / FRAME_SECONDS)
         self.activation[:] = recording.body.muscle_membership @ present.activity
         self.offset[:] = present.offset
-        recording.robot[0] = present.positions[:count]
-        recording.medium[0] = present.positions[count:]
-        recording.centre[self.frame :] = self._weights @ present.positions[:count]
+        recording.robot[0], recording.medium[0] = places.robot[0], places.medium[0]
+        for name, place in places.objects.items():
+            recording.objects[name][0] = place[0]
+        recording.centre[self.frame :] = self._weights @ present.positions[: len(self._weights)]
         if recording.vorticity is not None and present.flow is not None:
             recording.vorticity[0] = vorticity(present.flow, self._spacing)

@@ -1,7 +1,7 @@
 """Positions of a world at some moments: the data of pictures and films."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,7 @@ class Recording:
         particle_edge: edge of the cube that a particle stands for [m].
         times: `[moments]` since the episode began [s].
         robot: `[moments, robot_count, 3]` positions of the robot's particles [m].
+        objects: the same of every object by name.
         medium: `[moments, medium_count, 3]` positions of the medium's particles [m], without those whose place the
             robot takes; none on bare ground and in water on a grid.
         centre: `[n, 3]` the robot's centre of mass, from the first moment on [m].
@@ -53,6 +54,7 @@ class Recording:
     target: Array | None = None
     vorticity: Array | None = None
     offsets: Array | None = None
+    objects: Mapping[str, Positions] = field(default_factory=dict)
 
     @property
     def corners(self) -> tuple[Array, Array]:
@@ -76,6 +78,21 @@ class Snapshot(Recording):
 
     env: str
     fidelity: str
+
+
+@dataclass(frozen=True)
+class BodyPlaces:
+    """Positions of all particles `[moments, particle_count, 3]` [m] by the bodies that they belong to; views."""
+
+    robot: Positions
+    objects: dict[str, Positions]
+    medium: Positions
+
+    @classmethod
+    def of(cls, scene: Scene, places: Positions) -> "BodyPlaces":
+        """Those of a scene: its robot's first, then its objects' and its medium's."""
+        objects = {each.name: places[:, scene.slice_of(each.name)] for each in scene.objects}
+        return cls(places[:, scene.slice_of("robot")], objects, places[:, scene.elastic.particle_count :])
 
 
 def medium_exists(scene: Scene, occupancy: Array) -> NDArray[np.bool_]:
@@ -144,9 +161,7 @@ def snapshots(
             rollout = solver.run(random_actuation(driver, solver.muscle_count, frames, 1, seed))
             if rollout.divergences:
                 raise DivergenceError(rollout.divergences[0])
-        place, flow = solver.positions(0)[None], solver.flow(0)
-        robot, medium = place[:, : solver.robot_count], place[:, solver.robot_count :]
-        medium = medium[:, medium_exists(scene, body.occupancy)]
+        flow, places = solver.flow(0), BodyPlaces.of(scene, solver.positions(0)[None].astype(np.float32))
         yield Snapshot(
             env=str(replace(name, version=0)),
             fidelity=str(replace(fidelity, version=0)),
@@ -154,9 +169,10 @@ def snapshots(
             body=body,
             particle_edge=grid.particle_edge,
             times=np.array([frames * FRAME_SECONDS]),
-            robot=robot.astype(np.float32),
-            medium=medium.astype(np.float32),
-            centre=np.average(robot, axis=1, weights=body.masses(1.0)),
+            robot=places.robot,
+            objects=places.objects,
+            medium=places.medium[:, medium_exists(scene, body.occupancy)],
+            centre=np.average(places.robot.astype(float), axis=1, weights=body.masses(1.0)),
             vorticity=None if flow is None else vorticity(flow, grid.grid_spacing)[None],
             offsets=solver.simulation.offsets[:1].copy(),
         )

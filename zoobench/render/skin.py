@@ -1,6 +1,6 @@
 """A smooth surface around a robot that moves with its particles."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from zoobench.arrays import Array
 from zoobench.designs.base import Body
 from zoobench.designs.feasibility import SOLID
+from zoobench.sim.model.elastic_bodies import BodyParticles, SceneObject
 
 _NEIGHBOURS = 24
 _THIN = 1e-3  # share of a neighbourhood's widest spread below which it counts as flat there
@@ -69,6 +70,15 @@ def skin(body: Body) -> Skin:
 
     sharper = weight**3
     return Skin(faces, sparse(coefficients), sparse(sharper / sharper.sum(axis=1, keepdims=True)))
+
+
+def object_skin(thing: SceneObject, edge: float) -> Skin:
+    """The surface of an object, whose particles stand for cubes of this edge [m] where it has none of its own."""
+    body, count = thing.body, thing.body.particle_count
+    arrays = {item.name: getattr(body, item.name) for item in fields(BodyParticles)}
+    nowhere = np.zeros(count, bool)
+    sites = body.positions if body.site_offsets is None else body.positions + body.site_offsets
+    return skin(Body(**arrays, head=nowhere, tail=nowhere, muscles=(), sites=sites, edge=body.edge or edge))
 
 
 def normals(vertices: Array, faces: NDArray[np.int64]) -> Array:

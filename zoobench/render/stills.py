@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from zoobench.render.actors import put_fibres, put_ground, put_medium, put_robot, put_skin
+from zoobench.render.actors import put_fibres, put_ground, put_medium, put_objects, put_robot, put_skin
 from zoobench.render.bodies import DENSITY, Sampled
 from zoobench.render.canvas import INK, Canvas, Image, save, side_by_side
 from zoobench.render.colours import NO_MUSCLE, named, tints
@@ -48,6 +48,7 @@ def snapshot_image(shot: Snapshot, size: tuple[int, int], *, small: bool = False
         put_medium(canvas, region, size[1] / 2 / camera.half_height)(0)
         put_water(canvas, shot)(0)
         put_robot(canvas, region, tints(shot.body.muscle_membership, shot.body.muscles)[None], rgb=True)(0)
+        put_objects(canvas, region)(0)
         first, second = titles(shot, small=small)
         canvas.text(first, 0.02, 0.94, size=1.15)
         canvas.text(second, 0.02, 0.885)
@@ -60,15 +61,15 @@ def snapshot_image(shot: Snapshot, size: tuple[int, int], *, small: bool = False
 
 def titles(shot: Snapshot, *, small: bool = False) -> tuple[str, str]:
     """Environment, fidelity, particles and moment in words, on two lines."""
-    count = f"{shot.robot.shape[1] + shot.medium.shape[1]:,} particles"
+    count = sum(places.shape[1] for places in (shot.robot, *shot.objects.values(), shot.medium))
     medium = shot.scene.medium
     below = "bare ground" if medium is None else medium.material.name
     if shot.scene.water is not None:
         below = "water"
     if small:
-        return f"{shot.env} ({below})", f"{shot.fidelity}, {count}"
+        return f"{shot.env} ({below})", f"{shot.fidelity}, {count:,} particles"
     moment = f"after {shot.times[0]:.3g} s" if shot.times[0] else "at rest, before the first frame"
-    return f"{shot.env} ({below})", f"fidelity {shot.fidelity}, {count}, {moment}"
+    return f"{shot.env} ({below})", f"fidelity {shot.fidelity}, {count:,} particles, {moment}"
 
 
 def portrait_image(sampled: Sampled, title: str) -> Image:

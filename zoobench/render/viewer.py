@@ -12,7 +12,7 @@ import numpy as np
 from zoobench.arrays import Array
 from zoobench.cell.problem import Problem
 from zoobench.errors import UsageError, extra
-from zoobench.render.nodes import FRAME, Update, put_ground, put_medium, put_paths, put_robot, put_water
+from zoobench.render.nodes import FRAME, Update, put_ground, put_medium, put_objects, put_paths, put_robot, put_water
 from zoobench.render.pace import Throttle
 from zoobench.render.present import LiveWorld, Present
 from zoobench.render.viewpoint import camera_at
@@ -124,7 +124,7 @@ class Viewer:
         scene.reset()
         scene.set_up_direction("+y")
         self._frame = scene.add_frame(FRAME, show_axes=False)
-        parts = (put_ground, put_medium, put_water, put_robot, put_paths)
+        parts = (put_ground, put_medium, put_water, put_robot, put_objects, put_paths)
         self._updates = [put(scene, region) for put in parts]
         robot = world.recording.robot[0, world.recording.solid].astype(float)
         view = camera_at(robot, _ELEVATION, _AZIMUTH, aspect=0.9, room=_ROOM, shift=(0.0, 0.0))

@@ -61,7 +61,10 @@ def region_of(recording: Recording) -> Region:
     scene = recording.scene
     lower, upper = recording.corners
     robot = recording.robot[:, recording.solid].astype(float)
-    tallest = float(robot[..., 1].max())
+    solid = np.vstack(
+        [robot.reshape(-1, 3), *(each.reshape(-1, 3).astype(float) for each in recording.objects.values())]
+    )
+    tallest = float(solid[:, 1].max())
     level, immersed, apron = 0.0, False, 0.0
     if recording.medium.shape[1]:
         medium = recording.medium[0].astype(float)
@@ -73,7 +76,7 @@ def region_of(recording: Recording) -> Region:
     elif scene.water is not None:
         apron, tallest = _APRON, float(upper[1]) - _HEADROOM
     else:
-        seen = robot.reshape(-1, 3)
+        seen = solid
         if recording.target is not None:
             seen = np.vstack([seen, recording.target])
         seen_low, seen_high = seen.min(axis=0) - _MARGIN, seen.max(axis=0) + _MARGIN
