@@ -29,6 +29,7 @@ from zoobench.sim.model.tensors import LARGEST_ARRAY, lazy_zeros
 from zoobench.sim.parallel_driver import ParallelDriver
 
 LARGEST_GRID = 2**28
+_ROUNDING = 1e-3  # [cells] by which the node on the face of an anchor is in it
 
 _TRANSFERS: dict[Transfer, int] = {"apic": APIC, "pic": PIC, "aflip": AFLIP}
 
@@ -73,6 +74,7 @@ class Launcher:
             two_fields=scene.medium is not None and scene.medium.friction is not None,
             fbar=has_fbar(scene, fidelity),
             objects=len(scene.objects),
+            anchors=_anchors(scene),
         )
         work = [str(effect) for effect in sorted(scene.effects)] + ["decomposition"] * self.variant.decomposed
         self._work = {way: [f"{way} {each}" for each in work] for way in ("forward", "reverse")}
@@ -266,7 +268,7 @@ class Launcher:
             "robot_full": scene.robot.material.density * full, "medium_full": density * full,
         }  # fmt: skip
         listed = [values[name] for name in CONSTANTS] + ([getattr(bed, name) for name in bed.constants] if bed else [])
-        listed += self._list_object_constants(full)
+        listed += self._list_object_constants(full) + self._list_anchors()
         return torch.tensor(listed, dtype=self._real, device=self._device)
 
     def _list_object_constants(self, full: float) -> list[float]:
@@ -283,6 +285,16 @@ class Launcher:
             found = min(frictions[a], frictions[b])
             own = scene.medium.friction if scene.medium else None
             listed.append(float(own or 0.0) if found == math.inf else found)
+        return listed
+
+    def _list_anchors(self) -> list[float]:
+        """First and last node along x, y and z that each anchor holds, see `layout.object_constants`."""
+        corners = [body.anchor for body in self._scene.elastic_bodies if body.anchor is not None]
+        h = self._fidelity.grid_spacing
+        nodes = (np.array(corners).reshape(-1, 2, 3) - self._scene.lower) / h + WALL_NODES
+        nodes[:, 0] -= _ROUNDING
+        nodes[:, 1] += _ROUNDING
+        listed: list[float] = nodes.ravel().tolist()
         return listed
 
     def _fields(self) -> set[int]:
@@ -322,6 +334,12 @@ class Launcher:
         """A zeroed grid `[fields, nodes, 4]` with `kept` more nodes; a wide arena takes memory only where the robot has
         been."""
         return lazy_zeros((self.fields, self._own_nodes + kept, 4), self._real, self._device)
+
+
+def _anchors(scene: Scene) -> tuple[bool, ...]:
+    """Whether the robot, and each object, is anchored; empty where none is."""
+    anchors = tuple(body.anchor is not None for body in scene.elastic_bodies)
+    return anchors if any(anchors) else ()
 
 
 def law_of(material: Medium) -> Law:

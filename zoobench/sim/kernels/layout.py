@@ -88,6 +88,7 @@ class Variant:
         fbar: whether the medium's volume changes as that around it, see `fbar`.
         robot: whether a particle may be elastic: not where only the medium's are visited.
         objects: number of elastic bodies beside the robot, each with nodes of its own.
+        anchors: whether the robot, and each object, is anchored; empty where none is.
     """
 
     muscle: bool
@@ -103,6 +104,7 @@ class Variant:
     fbar: bool
     robot: bool = True
     objects: int = 0
+    anchors: tuple[bool, ...] = ()
 
     def uses(self, transfer: int) -> bool:
         """Whether any matter that is visited has this transfer."""
@@ -140,6 +142,14 @@ class Variant:
     def rolling(self) -> bool:
         """Whether any layer does."""
         return self.skin and self.objects > 0
+
+    def is_anchored(self, layer: int) -> bool:
+        """Whether the nodes of this layer are held within a box."""
+        return layer < len(self.anchors) and self.anchors[layer]
+
+    def anchor_of(self, layer: int) -> int:
+        """Which of the anchors is that of this layer."""
+        return sum(self.anchors[:layer])
 
     def is_tight(self, layer: int) -> bool:
         """Whether walls press on this layer of nodes."""
@@ -200,34 +210,37 @@ def by_name(constants: Any, names: Sequence[str]) -> dict[str, Any]:
     return {name: impl.subscript(builder, constants, place) for place, name in enumerate(names)}
 
 
-def object_constants(objects: int, pairs: int) -> tuple[str, ...]:
-    """Names of the constants that follow where there are objects: those of each one, and the friction of each pair."""
+@while_compiling
+def object_constants(objects: int, pairs: int = 0, anchors: int = 0) -> tuple[str, ...]:
+    """Names of the constants that follow where there are objects or anchors: those of each object, the friction of each
+    pair, and the first and the last node along x, y and z that each anchor holds."""
     own = tuple(f"{name}.{k}" for k in range(objects) for name in OBJECT_CONSTANTS)
-    return own + tuple(f"pair_friction.{pair}" for pair in range(pairs if objects else 0))
+    frictions = tuple(f"pair_friction.{pair}" for pair in range(pairs if objects else 0))
+    return own + frictions + tuple(f"anchor.{place}" for place in range(6 * anchors))
 
 
 @while_compiling
-def scene_constants(constants: Any, medium: Any = None, objects: int = 0, pairs: int = 0) -> ti.Struct:
+def scene_constants(constants: Any, medium: Any = None, more: Sequence[str] = ()) -> ti.Struct:
     """The constants by name while a kernel is compiled, with `inverse` of the spacing, and the medium's in `medium`.
 
-    `medium` names these in its `constants`: a law, or water on a grid. Those of objects are vectors, one number each.
+    `medium` names these in its `constants`: a law, or water on a grid; `more` are those that follow, see
+    `object_constants`: a vector under each name, a number for each object.
     """
     own = tuple(f"medium.{name}" for name in medium.constants) if medium else ()
-    named = by_name(constants, (*CONSTANTS, *own, *object_constants(objects, pairs)))
+    named = by_name(constants, (*CONSTANTS, *own, *more))
     bed = {name.removeprefix("medium."): named.pop(name) for name in own}
     named |= {name: ti.cast(named[name], ti.i32) for name in _COUNTS}
     named |= {"medium": ti.Struct(**bed)} if bed else {}
-    for name in OBJECT_CONSTANTS if objects else ():
-        named[name] = ti.Vector([named.pop(f"{name}.{k}") for k in range(objects)])
-    if pairs and objects:
-        named["pair_friction"] = ti.Vector([named.pop(f"pair_friction.{pair}") for pair in range(pairs)])
+    for name in dict.fromkeys(key.partition(".")[0] for key in more):
+        named[name] = ti.Vector([named.pop(key) for key in more if key.partition(".")[0] == name])
     return ti.Struct(**named, inverse=1.0 / named["spacing"])
 
 
 @while_compiling
 def constants_of(constants: Any, variant: Variant) -> ti.Struct:
     """`scene_constants` of a variant."""
-    return scene_constants(constants, variant.law, variant.objects, len(variant.pairs))
+    more = object_constants(variant.objects, len(variant.pairs), sum(variant.anchors))
+    return scene_constants(constants, variant.law, more)
 
 
 @ti.func

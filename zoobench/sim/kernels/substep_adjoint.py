@@ -61,7 +61,12 @@ from zoobench.sim.kernels.transfer import (
     gather_value,
     motion_adjoint,
 )
-from zoobench.sim.kernels.velocity_fields import free_velocity, update_fields_adjoint, velocities_before_ground
+from zoobench.sim.kernels.velocity_fields import (
+    free_adjoint,
+    free_velocity,
+    update_fields_adjoint,
+    velocities_before_ground,
+)
 
 
 @ti.func
@@ -217,7 +222,8 @@ def update_node_adjoint(c: ti.template(), m, node, index: ti.template()):
         r = 1.0 / q[3]
         free = ti.Vector([q[0] * r, q[1] * r, q[2] * r])
         fallen = ti.Vector([free[0] + c.dt * c.scene.g_x, free[1] + c.dt * c.scene.g_y, free[2] + c.dt * c.scene.g_z])
-        stored = c.grid_adjoint[MOMENTUM, node]
+        row = c.grid_adjoint[MOMENTUM, node]
+        stored = free_adjoint(c, 0, index, row)
         rubbed, pushed = fallen, 0.0 * fallen
         if ti.static(c.variant.skin):
             pushed = ti.Vector([r * c.grid[PUSH, m][0], r * c.grid[PUSH, m][1], r * c.grid[PUSH, m][2]])
@@ -227,7 +233,7 @@ def update_node_adjoint(c: ti.template(), m, node, index: ti.template()):
             c, rubbed, ti.Vector([stored[0], stored[1], stored[2]]), index, c.scene.friction, c.variant.liquid,
             STOP_NODES * c.variant.skin,
         )  # fmt: skip
-        mass_adjoint = stored[3]
+        mass_adjoint = row[3]
         if ti.static(c.variant.skin):
             a, by_push = coulomb_friction_adjoint(fallen, pushed, a, c.scene.friction)
             push_adjoint = ti.Vector([a[0] + by_push[0], a[1] + by_push[1], a[2] + by_push[2], 0.0])

@@ -7,7 +7,20 @@ from zoobench.sim.kernels.boundary import WALL_NODES
 from zoobench.sim.kernels.columns import contract, determinant, dot, matmul_transposed, trace
 from zoobench.sim.kernels.elastic import SMALLEST_J
 from zoobench.sim.kernels.laws.law import Law
-from zoobench.sim.kernels.layout import MASS, STIFFNESS, TENSION, VOLUME, C, F, V, X, columns, history, scene_constants
+from zoobench.sim.kernels.layout import (
+    MASS,
+    STIFFNESS,
+    TENSION,
+    VOLUME,
+    C,
+    F,
+    V,
+    X,
+    columns,
+    history,
+    object_constants,
+    scene_constants,
+)
 
 
 @ti.func
@@ -72,7 +85,7 @@ def survey(
     """
     ti.loop_config(serialize=True)
     for w in range(state.shape[1]):
-        scene = scene_constants(constants, of.law, of.objects)
+        scene = scene_constants(constants, of.law, object_constants(of.objects))
         worst = ti.Vector([0.0, 0.0, 0.0, -1e30])
         who = ti.Vector([0, 0, 0, 0])
         guarded, square, robot, medium, viscosity, ground = 0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -111,7 +124,7 @@ def survey_each(
         for c in ti.static(range(9)):
             found[w, p, c] = -1e30 if ti.static(c == 3) else 0.0
         if alive[w] and body[w, p, 0][MASS] > 0.0:
-            each = condition(state, body, scene_constants(constants, of.law, of.objects), w, p, of)
+            each = condition(state, body, scene_constants(constants, of.law, object_constants(of.objects)), w, p, of)
             for c in ti.static(range(4)):
                 found[w, p, c] = each.values[c]
             found[w, p, 4] = each.square

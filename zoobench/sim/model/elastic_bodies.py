@@ -65,6 +65,7 @@ class ElasticBody(BodyParticles):
         edge: of the cubes that the particles stand for [m]; None for that of the fidelity.
         site_offsets: `[particle_count, 3]` of the centres of those cubes from the positions [m], where a body fills
             some in part; None for none.
+        anchor: lower and upper corner of the box in which it is held at rest [m]; None where it is free.
     """
 
     material: ElasticMaterial
@@ -72,6 +73,7 @@ class ElasticBody(BodyParticles):
     velocity_gradients: Array | None = None
     edge: float | None = None
     site_offsets: Array | None = None
+    anchor: tuple[tuple[float, float, float], tuple[float, float, float]] | None = None
 
     @property
     def masses(self) -> Array:
@@ -118,7 +120,7 @@ def joined(bodies: Sequence[ElasticBody]) -> ElasticBody:
     """Elastic bodies one after the other as one, with the material and the muscles of the first."""
     first, muscles = bodies[0], bodies[0].muscle_count
     counts = [body.particle_count for body in bodies]
-    arrays = {
+    arrays: dict[str, Any] = {
         item.name: np.concatenate([getattr(body, item.name) for body in bodies])
         for item in fields(BodyParticles)
         if item.name not in ("muscle_membership", "density_ratio")
@@ -131,6 +133,7 @@ def joined(bodies: Sequence[ElasticBody]) -> ElasticBody:
     ]
     return ElasticBody(
         material=first.material,
+        anchor=first.anchor,
         velocities=np.concatenate([body.velocities for body in bodies]),
         velocity_gradients=np.concatenate(gradients),
         edge=first.edge,

@@ -158,6 +158,7 @@ class Scene:
             )
         self._check_arena()
         self._check_objects()
+        self._check_anchors()
         bodies = {"robot": self.robot.positions} | ({"medium": self.medium.positions} if self.medium else {})
         bodies |= {each.name: each.body.positions for each in self.objects}
         if self.medium is not None and self.medium.hosts is not None:
@@ -192,6 +193,16 @@ class Scene:
                 "Objects are possible on the ground and on or in a medium with a velocity field of its own; leave out "
                 "the water on a grid, or give the medium a friction."
             )
+
+    def _check_anchors(self) -> None:
+        if any(body.anchor for body in self.elastic_bodies) and (self.water is not None or self.follows):
+            raise SceneError(
+                "A body can be anchored in an arena that stays where it is, outside water on a grid. Leave out the "
+                "water, or the anchor."
+            )
+        for name, body in (("robot", self.robot), *((each.name, each.body) for each in self.objects)):
+            if body.anchor is not None and not np.less_equal(*body.anchor).all():
+                raise SceneError(f"The anchor of the {name} from {body.anchor[0]} to {body.anchor[1]} m is no box.")
 
     def _check_arena(self) -> None:
         if self.ground is not None and self.ground.terrain is not None:
