@@ -14,6 +14,7 @@ from zoobench.spec import FRAME_SECONDS
 from zoobench.tasks.base import ObjectState, Observed, Situation, Task, axes_of, constant
 
 if TYPE_CHECKING:
+    import torch
     from torch import Tensor
 
 
@@ -123,7 +124,7 @@ class ObservationModel:
 
         length, count = self.length, self.body.particle_count
         positions, moving, start = places[:count], velocities[:count], begun[0]
-        axes, angle = _axes(weights, positions)
+        axes, angle = _axes(weights, positions) if self.body.anchored is None else _still_axes(positions.dtype)
         centre, speed = weights.share @ positions, weights.share @ moving
         apart = (weights.muscles @ positions - centre) @ axes.T - weights.rest
         faster = (weights.muscles @ moving - speed) @ axes.T
@@ -186,6 +187,13 @@ class Weights(NamedTuple):
     tail: "Tensor"
     tail_total: "Tensor"
     rest: "Tensor"
+
+
+def _still_axes(dtype: "torch.dtype") -> tuple["Tensor", "Tensor"]:
+    """As `_axes`, of a robot that is held: it cannot turn, and its head may hang below its tail."""
+    import torch
+
+    return torch.eye(3, dtype=dtype), constant((1.0, 0.0), dtype)
 
 
 def _positive(total: "Tensor") -> "Tensor":

@@ -28,6 +28,7 @@ class Body(BodyParticles):
         malleable: whether the body is the workspace of a design space; a medium then fills its empty particles.
         notes: notes for users on how the body was made, as sentences; such as repairs of a file.
         rings: places along x [m] at which pictures draw a ring around the body, as between segments.
+        anchored: `[particle_count]` what is held at rest: the box around it; None for a body that is free.
     """
 
     head: Mask
@@ -38,6 +39,7 @@ class Body(BodyParticles):
     malleable: bool = False
     notes: tuple[str, ...] = ()
     rings: tuple[float, ...] = ()
+    anchored: Mask | None = None
 
     @classmethod
     def of(
@@ -75,6 +77,14 @@ class Body(BodyParticles):
         low, high = self.box
         found: Array = high - low
         return found
+
+    def anchor(self, shift: Array) -> tuple[tuple[float, float, float], tuple[float, float, float]] | None:
+        """Corners of the box of the cubes that are held [m], of a body moved by `shift` `[3]` [m]; None if none is."""
+        if self.anchored is None:
+            return None
+        held = self.sites[self.anchored] + shift
+        low, high = held.min(axis=0) - self.edge / 2, held.max(axis=0) + self.edge / 2
+        return (float(low[0]), float(low[1]), float(low[2])), (float(high[0]), float(high[1]), float(high[2]))
 
     def masses(self, density: float) -> Array:
         """Masses of the particles `[particle_count]` [kg] at this density of muscle [kg/m^3]."""

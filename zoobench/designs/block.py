@@ -1,6 +1,6 @@
 """The block: a box of muscle, the default workspace of design spaces."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -62,10 +62,7 @@ class Block:
     @sampled_once
     def body(self, fidelity: Fidelity) -> Body:
         """The body at this resolution."""
-        sample = self.shape.sample(fidelity)
-        # its faces lie along the lattice, where points measure volumes worst, and its volume is known
-        volume = self.length * self.height * self.width
-        sample = replace(sample, volumes=sample.volumes * (volume / sample.volumes.sum()))
+        sample = self.shape.sample(fidelity).of_volume(self.length * self.height * self.width)
         membership = sample.mean(self.membership(sample.points))
         return Body.of(sample, membership, self.muscles, **sample.ends((0.5 - _END) * self.length))
 

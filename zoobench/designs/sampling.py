@@ -1,7 +1,7 @@
 """Sampling of solids: the same solid at every resolution, in particles for the solid part of each cube of a lattice."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
 
@@ -56,6 +56,10 @@ class SolidSample:
         """Full cubes at these sites `[particle_count, 3]` [m]."""
         count = len(sites)
         return cls(sites, np.full(count, edge**3), sites, edge, sites, np.ones(count), np.arange(count))
+
+    def of_volume(self, volume: float) -> Self:
+        """The same with this volume in all [m^3]: faces along the lattice are measured worst, and are known."""
+        return replace(self, volumes=self.volumes * (volume / self.volumes.sum()))
 
     def mean(self, values: Array) -> Array:
         """Means over the solid in every cube `[particle_count, ...]` of values at the points `[point_count, ...]`."""

@@ -11,6 +11,7 @@ from zoobench.designs.base import Body
 from zoobench.envs.bed import Bed, sharing, without_overlap
 from zoobench.envs.hills import LEVEL, Hills
 from zoobench.envs.objects import NO_OBJECTS, Objects
+from zoobench.envs.obstacles import NO_OBSTACLES, Obstacles
 from zoobench.envs.physics import LAND, Contact, Physics
 from zoobench.envs.profile import LEVEL_WAY, Profile
 from zoobench.errors import SceneError, UsageError
@@ -98,6 +99,7 @@ class Environment:
         skin: of the ground, by which it carries a robot outside water.
         water: that fills the arena, on a grid, in place of a bed; the ground is smooth.
         objects: about the robot.
+        obstacles: on its way.
     """
 
     robot: ElasticMaterial
@@ -113,6 +115,7 @@ class Environment:
     skin: GroundSkin = SKIN
     water: GridWater | None = None
     objects: Objects = NO_OBJECTS
+    obstacles: Obstacles = NO_OBSTACLES
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.friction < np.inf:
@@ -130,12 +133,12 @@ class Environment:
     def follows(self) -> bool:
         """Whether the arena follows the robot: on level ground, on beds of solid matter, and in water on a grid.
 
-        One with objects stays where they are.
+        One with objects or obstacles stays where they are.
         """
         solid = self.bed is None or (
             self.stance is Stance.STANDING and not isinstance(self.bed.material, WaterMaterial)
         )
-        return self.profile.is_level and not self.hills.relief and solid and not self.objects
+        return self.profile.is_level and not self.hills.relief and solid and not (self.objects or self.obstacles)
 
     def scene(self, body: Body, fidelity: Fidelity, seconds: float = EPISODE_SECONDS) -> Scene:
         """The body at rest at its start, in or on the medium without overlap.
@@ -147,8 +150,8 @@ class Environment:
             UsageError: it is too light for water on a grid.
         """
         self._check_density(float(body.density_ratio.min()))
-        h = fidelity.grid_spacing
-        size, start = self._following(body, fidelity) if self.follows else self.standing_size(seconds, h)
+        h, follows = fidelity.grid_spacing, self.follows and body.anchored is None
+        size, start = self._following(body, fidelity) if follows else self.standing_size(seconds, h)
         terrain = self.profile.terrain((size[0], size[2]), (float(start[0]), float(start[2])), self.hills)
         if terrain is not None:
             terrain.check_resolved(h)
@@ -165,7 +168,8 @@ class Environment:
                 f"{floor:g} m. Use a smaller body or a larger arena."
             )
         placed = ElasticBody.placed(self.robot, body, positions, body.edge)
-        robot = replace(placed, site_offsets=body.sites - body.positions)
+        anchor = body.anchor(shift + np.array([0.0, floor, 0.0]))
+        robot = replace(placed, site_offsets=body.sites - body.positions, anchor=anchor)
         sites = body.sites + shift + np.array([0.0, floor, 0.0])
         scene = Scene(
             robot=robot,
@@ -175,10 +179,11 @@ class Environment:
             ground=Ground(self.friction, terrain, self.skin),
             gravity=self.gravity,
             water=self.water,
-            follows=self.follows,
+            follows=follows,
         )
         scene = standing(scene, body.edge)
-        return self.objects.placed(scene, fidelity) if self.objects else scene
+        scene = self.objects.placed(scene, fidelity) if self.objects else scene
+        return self.obstacles.placed(scene, fidelity) if self.obstacles else scene
 
     def _check_density(self, ratio: float) -> None:
         """Raise a `UsageError` where matter of this density ratio is too light for water on a grid, see `LIGHTEST`."""
@@ -262,7 +267,14 @@ class Environment:
 
 
 def firm_environment(
-    *, friction: float, hills: Hills, profile: Profile, physics: Physics, contact: Contact, objects: Objects
+    *,
+    friction: float,
+    hills: Hills,
+    profile: Profile,
+    physics: Physics,
+    contact: Contact,
+    objects: Objects,
+    obstacles: Obstacles,
 ) -> Environment:
     """A land robot on firm ground, level or not, without walls."""
     return Environment(
@@ -275,6 +287,7 @@ def firm_environment(
         profile=profile,
         skin=contact.skin,
         objects=objects,
+        obstacles=obstacles,
     )
 
 

@@ -3,12 +3,15 @@
 from zoobench.envs.base import Environment, firm_environment
 from zoobench.envs.hills import LEVEL, Hills
 from zoobench.envs.objects import NO_OBJECTS, Objects
+from zoobench.envs.obstacles import NO_OBSTACLES, Obstacles
 from zoobench.envs.physics import LAND, SKINNED, Contact, Physics
 from zoobench.envs.profile import LEVEL_WAY, Profile
 from zoobench.registry import Kind, register
 
 
-@register(Kind.ENV, "ground", version=4, tags=("land",), added=("physics", "profile", "contact", "objects"))
+@register(
+    Kind.ENV, "ground", version=4, tags=("land",), added=("physics", "profile", "contact", "objects", "obstacles")
+)
 def ground(
     *,
     friction: float = 0.5,
@@ -17,11 +20,18 @@ def ground(
     physics: Physics = LAND,
     contact: Contact = SKINNED,
     objects: Objects = NO_OBJECTS,
+    obstacles: Obstacles = NO_OBSTACLES,
 ) -> Environment:
     """Firm, rough ground.
 
     * `friction`: Coulomb coefficient [-]; 0.5 is "high" in table 6 of SoftZoo's paper.
     """
     return firm_environment(
-        friction=friction, hills=hills, profile=profile, physics=physics, contact=contact, objects=objects
+        friction=friction,
+        hills=hills,
+        profile=profile,
+        physics=physics,
+        contact=contact,
+        objects=objects,
+        obstacles=obstacles,
     )

@@ -1,5 +1,6 @@
 """Objects that environments put about a robot: stiff elastic bodies to push, kick, carry or topple."""
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -17,7 +18,7 @@ from zoobench.sim.model.standing import standing
 
 Kind = Literal["none", "box", "ball", "beam", "column", "sheet"]
 
-Place = Literal["ahead", "behind", "left", "right", "back"]
+Place = Literal["ahead", "behind", "left", "right", "back", "below"]
 
 PROPORTIONS: dict[str, tuple[float, float, float]] = {
     "box": (1.0, 1.0, 1.0),
@@ -34,6 +35,9 @@ _FEWEST_CELLS = 2.0
 _FAR = {"ahead": (1.0, 0.0), "behind": (-1.0, 0.0), "left": (0.0, -1.0), "right": (0.0, 1.0)}
 """Directions along x and z."""
 
+_UNDER = ("back", "below")
+"""Places above each other with the robot's."""
+
 _APART = 0.25
 """Distance at which an object is put down on a back [cells]: that at which two bodies carry each other."""
 
@@ -45,8 +49,9 @@ class Objects:
     * `object`: `box`, `ball`, `beam` (across the way), `column` (an upright beam) or `sheet`; `none` for none.
     * `object_size`: edge of a box, diameter of a ball, length of the longest side of others [m].
     * `object_mass`: of one [kg].
-    * `object_place`: `ahead`, `behind`, `left` or `right` of the robot on the ground, or on its `back`.
-    * `object_gap`: between robot and object; for one on the back, from the robot's middle towards its head [m].
+    * `object_place`: `ahead`, `behind`, `left` or `right` of the robot on the ground, on its `back`, or on the ground
+      `below` a robot that hangs.
+    * `object_gap`: between robot and object; of one on the back or below, ahead of the robot's middle [m].
     * `object_shift`: of an object, to the right; of one to the left or right of the robot, ahead [m].
     * `object_friction`: Coulomb coefficient between an object and the robot, or another object [-].
     * `object_ground_friction`: the same between an object and the ground [-].
@@ -74,11 +79,12 @@ class Objects:
                 raise UsageError(f"An {name} of {getattr(self, name):g} is not possible. Give 0 or more.")
         if self.object_count < 1:
             raise UsageError(f"An object_count of {self.object_count} is not possible. Give 1 or more.")
-        least = -np.inf if self.object_place == "back" else 0.0
+        least = -np.inf if self.object_place in _UNDER else 0.0
         if not np.isfinite([self.object_gap, self.object_shift]).all() or self.object_gap < least:
             raise UsageError(
                 f"An object_gap of {self.object_gap:g} m with an object_shift of {self.object_shift:g} m is not "
-                "possible. Give finite numbers, and a gap of 0 or more unless the object is on the robot's back."
+                "possible. Give finite numbers, and a gap of 0 or more unless the object is on the robot's back or "
+                "below it."
             )
 
     def __bool__(self) -> bool:
@@ -103,11 +109,13 @@ class Objects:
                 f"object_size of {self.object_size * _FEWEST_CELLS * h / self.size.min():.3g} m or more, or a finer "
                 "fidelity."
             )
-        sample = Shape.standing(self._inside(), *self.size).sample(fidelity)
+        length, height, width = self.size
+        volume = length * height * width * (math.pi / 6.0 if self.object == "ball" else 1.0)
+        sample = Shape.standing(self._inside(), length, height, width).sample(fidelity).of_volume(volume)
         material = ElasticMaterial(
             youngs_modulus=self.object_stiffness,
             poissons_ratio=0.3,
-            density=self.object_mass / float(sample.volumes.sum()),
+            density=self.object_mass / volume,
         )
         rest = replace(
             ElasticBody.passive(material, sample.positions, sample.volumes),
@@ -143,7 +151,7 @@ class Objects:
         low, high = robot.positions.min(axis=0) - edge / 2, robot.positions.max(axis=0) + edge / 2
         middle, half = (low + high) / 2, (high - low) / 2
         middle[1] = low[1]
-        if self.object_place == "back":
+        if self.object_place in _UNDER:
             yield from [middle + np.array([self.object_gap, 0.0, self.object_shift])] * self.object_count
             return
         x, z = _FAR[self.object_place]

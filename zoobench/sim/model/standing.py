@@ -13,14 +13,14 @@ _BISECTIONS = 60
 def standing(scene: Scene, edge: float) -> Scene:
     """The scene with its robot lifted or lowered, as a rigid body, to where the skin carries its weight.
 
-    Without gravity the robot just touches the skin; one on or in a medium is left where it is.
+    Without gravity the robot just touches the skin; one on or in a medium, or held, is left where it is.
 
     Args:
         scene: its robot may be anywhere.
         edge: of the cubes that the robot's particles stand for [m], see `Scene.robot_edge`.
     """
     ground, robot = scene.ground, scene.robot
-    if ground is None or scene.medium is not None or scene.water is not None:
+    if ground is None or scene.medium is not None or scene.water is not None or robot.anchor is not None:
         return scene
     skin = ground.skin
     volumes = robot.volumes  # whatever their occupancy: the start has no derivative by the body's parameters

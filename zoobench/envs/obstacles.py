@@ -1,0 +1,125 @@
+"""Obstacles of firm ground: ceilings, slots, hurdles, posts and shafts, at which a robot is stopped with friction.
+
+An obstacle is a body whose nodes are held at rest (`kernels/anchors.py`), in a velocity field of its own: it meets the
+robot and the objects as they meet each other.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from zoobench.arrays import Array, Mask
+from zoobench.designs.sampling import Shape
+from zoobench.errors import SceneError, UsageError
+from zoobench.sim.model.elastic_bodies import ElasticBody, SceneObject
+from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.laws.elastic import ElasticMaterial
+from zoobench.sim.model.scene import Scene
+
+ObstacleKind = Literal["none", "ceiling", "slot", "hurdle", "post", "shaft"]
+
+Box = tuple[tuple[float, float, float], tuple[float, float, float]]
+
+OBSTACLE = "obstacle"
+"""Name of the body of an obstacle."""
+
+_HEAVY = ElasticMaterial(youngs_modulus=1e5, poissons_ratio=0.3, density=1e6)
+"""A thousand times as dense as robots, so that a collision takes nothing of its rest within a substep."""
+
+_THICK = 1 / 32
+"""[m] Of ceilings and walls: a cell of the coarsest fidelity."""
+
+_ASIDE = 0.1
+"""[m] From the middle of the way to the ends of ceilings, hurdles and walls."""
+
+_HIGH = 0.12
+"""[m] Of walls beside a slot, and of a post."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Obstacles:
+    """An obstacle on the robot's way, which never moves.
+
+    * `obstacle`: `ceiling` over the way, `slot` between two walls, `hurdle` across the way, `post` in its middle, or a
+      `shaft` of two walls left and right of the robot, to climb; `none` for none.
+    * `obstacle_distance`: from the robot to it; of the walls of a shaft, from the robot's sides [m].
+    * `obstacle_opening`: height below a ceiling, width of a slot or a post, height of a hurdle [m].
+    * `obstacle_length`: along the way; of a shaft, its height [m].
+    * `obstacle_friction`: Coulomb coefficient between it and the robot or an object [-].
+    """
+
+    obstacle: ObstacleKind = "none"
+    obstacle_distance: float = 0.03
+    obstacle_opening: float = 0.05
+    obstacle_length: float = 0.0625
+    obstacle_friction: float = 0.5
+
+    def __post_init__(self) -> None:
+        for name in ("obstacle_opening", "obstacle_length"):
+            if not 0.0 < getattr(self, name) < np.inf:
+                raise UsageError(f"An {name} of {getattr(self, name):g} m is not possible. Give a positive number.")
+        for name in ("obstacle_distance", "obstacle_friction"):
+            if not 0.0 <= getattr(self, name) < np.inf:
+                raise UsageError(f"An {name} of {getattr(self, name):g} is not possible. Give 0 or more.")
+
+    def __bool__(self) -> bool:
+        return self.obstacle != "none"
+
+    def placed(self, scene: Scene, fidelity: Fidelity) -> Scene:
+        """The scene with the obstacle behind its objects.
+
+        Raises:
+            SceneError: it stands on ground that is not level, or is too thin for the grid.
+        """
+        if scene.ground is None or scene.ground.terrain is not None:
+            raise SceneError("An obstacle stands on level ground. Leave out hills, slope, steps and gaps, or it.")
+        robot, edge = scene.robot.positions, fidelity.particle_edge
+        low, high = robot.min(axis=0) - edge / 2, robot.max(axis=0) + edge / 2
+        corners = np.array(self._boxes(low, high))
+        thinnest = float((corners[:, 1] - corners[:, 0]).min())
+        if thinnest < (1.0 - 1e-9) * fidelity.grid_spacing:
+            raise SceneError(
+                f"An obstacle of {thinnest:.3g} m is thinner than a cell of {fidelity.grid_spacing:.4g} m. Make it "
+                "larger, or give a finer fidelity."
+            )
+        first, last = corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)
+        sample = Shape(_within(corners), tuple(first), tuple(last)).sample(fidelity)
+        body = replace(
+            ElasticBody.passive(_HEAVY, sample.positions, sample.volumes),
+            edge=edge,
+            site_offsets=sample.sites - sample.positions,
+            anchor=(scene.lower, scene.upper),
+        )
+        thing = SceneObject(OBSTACLE, body, self.obstacle_friction, 0.0)
+        return replace(scene, objects=(*scene.objects, thing))
+
+    def _boxes(self, low: Array, high: Array) -> list[Box]:
+        """Its boxes by lower and upper corner [m], for a robot within the box `low` to `high` `[3]` [m]."""
+        opening, length, middle = self.obstacle_opening, self.obstacle_length, float(low[2] + high[2]) / 2
+        near = float(high[0]) + self.obstacle_distance
+        far, left, right = near + length, middle - _ASIDE, middle + _ASIDE
+        if self.obstacle == "ceiling":
+            return [((near, opening, left), (far, opening + _THICK, right))]
+        if self.obstacle == "slot":
+            half = opening / 2
+            return [((near, 0.0, left), (far, _HIGH, middle - half)), ((near, 0.0, middle + half), (far, _HIGH, right))]
+        if self.obstacle == "hurdle":
+            return [((near, 0.0, left), (far, opening, right))]
+        if self.obstacle == "post":
+            return [((near, 0.0, middle - opening / 2), (far, _HIGH, middle + opening / 2))]
+        back, front = float(low[0]) - _THICK, float(high[0]) + _THICK
+        walls = float(low[2]) - self.obstacle_distance, float(high[2]) + self.obstacle_distance
+        return [
+            ((back, 0.0, walls[0] - _THICK), (front, length, walls[0])),
+            ((back, 0.0, walls[1]), (front, length, walls[1] + _THICK)),
+        ]
+
+
+NO_OBSTACLES = Obstacles()
+
+
+def _within(corners: Array) -> Callable[[Array], Mask | Array]:
+    """Whether points `[n, 3]` [m] are in any of some boxes `[box_count, 2, 3]` [m]."""
+    return lambda x: np.any([np.all((x >= low) & (x <= high), axis=-1) for low, high in corners], axis=0)

@@ -1,0 +1,38 @@
+"""Climb: gain height and keep it (Climber of EvoGym, Bhatia et al. 2021)."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+from zoobench.registry import Kind, register
+from zoobench.tasks.base import Motion, Task
+from zoobench.tasks.readings import common_readings
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+
+@register(Kind.TASK, "climb", tags=("locomotion", "final"))
+@dataclass(frozen=True, kw_only=True)
+class Climb(Task):
+    """Gain height: on a slope, on steps, or in a shaft between two walls.
+
+    The reward of a frame is how far the centre of mass is above its start [m]. The score is the mean over the last
+    quarter of the episode, so that a jump at its end does not count for a climb.
+    """
+
+    unit: ClassVar[str] = "m"
+
+    def reward(self, motion: Motion) -> "Tensor":
+        """Height gained until the end of every frame `[frames, worlds]` [m]."""
+        height = motion.centre_of_mass()[..., 1]
+        return height[1:] - height[0]
+
+    def score(self, motion: Motion) -> "Tensor":
+        """The mean reward of the last quarter `[worlds]` [m]."""
+        rewards = self.reward(motion)
+        return rewards[-max(1, len(rewards) // 4) :].mean(dim=0)
+
+    def metrics(self, motion: Motion) -> Mapping[str, tuple["Tensor", str]]:
+        """The greatest height gained, and the common readings."""
+        return {"greatest_height": (self.reward(motion).amax(dim=0), "m"), **common_readings(motion)}
