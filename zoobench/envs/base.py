@@ -218,6 +218,10 @@ class Environment:
         """
         way, size = _whole(HIGHEST_SPEED * seconds, grid_spacing), np.array(self.arena)
         start = size * (self.start[0], 0.0, self.start[1])
+        if self.objects and self.bed is not None:  # an object is pushed anywhere, and its robot goes round it
+            room = _whole(FREE_ROOM, grid_spacing)
+            size += [room, 0.0, 2.0 * room]
+            start += [room, 0.0, room]
         if self.bed is not None:
             size[0] += 0.0 if isinstance(self.bed.material, WaterMaterial) else way
             return size, start
@@ -300,6 +304,7 @@ def bed_environment(
     hills: Hills,
     profile: Profile,
     stance: Stance = Stance.STANDING,
+    objects: Objects = NO_OBJECTS,
 ) -> Environment:
     """A land robot on or in a bed of at least this `size` along x and z [m] on the ground."""
     length, width = size
@@ -314,6 +319,7 @@ def bed_environment(
         gravity=(0.0, -physics.gravity, 0.0),
         hills=hills,
         profile=profile,
+        objects=objects,
     )
 
 

@@ -3,6 +3,7 @@
 from zoobench.envs.base import BED_THICKNESS, Environment, bed_environment
 from zoobench.envs.bed import Bed
 from zoobench.envs.hills import LEVEL, Hills
+from zoobench.envs.objects import NO_OBJECTS, Objects
 from zoobench.envs.physics import LAND, Elasticity, Physics
 from zoobench.envs.profile import LEVEL_WAY, Profile
 from zoobench.registry import Kind, register
@@ -19,7 +20,7 @@ _PROVISIONAL = (
 
 
 @register(
-    Kind.ENV, "clay", version=9, tags=("land", "plastic"), added=("elasticity", "physics", "profile"),
+    Kind.ENV, "clay", version=9, tags=("land", "plastic"), added=("elasticity", "physics", "profile", "objects"),
     provisional=_PROVISIONAL,
 )  # fmt: skip
 def clay(
@@ -35,6 +36,7 @@ def clay(
     hills: Hills = LEVEL,
     profile: Profile = LEVEL_WAY,
     physics: Physics = LAND,
+    objects: Objects = NO_OBJECTS,
 ) -> Environment:
     """A bed of soft clay on rough ground.
 
@@ -57,4 +59,5 @@ def clay(
         physics=physics,
         hills=hills,
         profile=profile,
+        objects=objects,
     )

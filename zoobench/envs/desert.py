@@ -3,6 +3,7 @@
 from zoobench.envs.base import BED_THICKNESS, Environment, bed_environment
 from zoobench.envs.bed import Bed
 from zoobench.envs.hills import LEVEL, Hills
+from zoobench.envs.objects import NO_OBJECTS, Objects
 from zoobench.envs.physics import LAND, Elasticity, Physics
 from zoobench.envs.profile import LEVEL_WAY, Profile
 from zoobench.registry import Kind, register
@@ -12,7 +13,9 @@ from zoobench.sim.model.laws.sand import SandMaterial
 SAND = Elasticity(medium_density=1600.0)
 
 
-@register(Kind.ENV, "desert", version=7, tags=("land", "granular"), added=("elasticity", "physics", "profile"))
+@register(
+    Kind.ENV, "desert", version=7, tags=("land", "granular"), added=("elasticity", "physics", "profile", "objects")
+)
 def desert(
     *,
     friction: float = 0.5,
@@ -26,6 +29,7 @@ def desert(
     hills: Hills = LEVEL,
     profile: Profile = LEVEL_WAY,
     physics: Physics = LAND,
+    objects: Objects = NO_OBJECTS,
 ) -> Environment:
     """A bed of dry sand on rough ground.
 
@@ -49,4 +53,5 @@ def desert(
         physics=physics,
         hills=hills,
         profile=profile,
+        objects=objects,
     )

@@ -166,7 +166,7 @@ NO_OBJECTS = Objects()
 
 
 def _stood(scene: Scene, body: ElasticBody, edge: float) -> ElasticBody:
-    """The body where the ground carries it."""
+    """The body where the ground carries it; on a bed it is left on its surface, like the robot."""
     alone = replace(scene, robot=body, objects=(), follows=False)
     return standing(alone, edge).robot
 

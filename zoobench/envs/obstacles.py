@@ -38,6 +38,10 @@ _HIGH = 0.12
 """[m] Of walls beside a slot, and of a post."""
 
 
+_EVERYWHERE = ((-1e3, -1e3, -1e3), (1e3, 1e3, 1e3))
+"""Corners of a box that holds all nodes [m]."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Obstacles:
     """An obstacle on the robot's way, which never moves.
@@ -90,7 +94,7 @@ class Obstacles:
             ElasticBody.passive(_HEAVY, sample.positions, sample.volumes),
             edge=edge,
             site_offsets=sample.sites - sample.positions,
-            anchor=(scene.lower, scene.upper),
+            anchor=_EVERYWHERE,
         )
         thing = SceneObject(OBSTACLE, body, self.obstacle_friction, 0.0)
         return replace(scene, objects=(*scene.objects, thing))

@@ -3,6 +3,7 @@
 from zoobench.envs.base import BED_THICKNESS, Environment, bed_environment
 from zoobench.envs.bed import Bed
 from zoobench.envs.hills import LEVEL, Hills
+from zoobench.envs.objects import NO_OBJECTS, Objects
 from zoobench.envs.physics import LAND, Elasticity, Physics
 from zoobench.envs.profile import LEVEL_WAY, Profile
 from zoobench.registry import Kind, register
@@ -17,7 +18,7 @@ SNOW = Elasticity(medium_density=400.0)
     "snow",
     version=8,
     tags=("land", "plastic"),
-    added=("elasticity", "physics", "profile", "critical_compression", "critical_stretch"),
+    added=("elasticity", "physics", "profile", "critical_compression", "critical_stretch", "objects"),
 )
 def snow(
     *,
@@ -34,6 +35,7 @@ def snow(
     hills: Hills = LEVEL,
     profile: Profile = LEVEL_WAY,
     physics: Physics = LAND,
+    objects: Objects = NO_OBJECTS,
 ) -> Environment:
     """A bed of snow on rough ground.
 
@@ -62,4 +64,5 @@ def snow(
         physics=physics,
         hills=hills,
         profile=profile,
+        objects=objects,
     )
