@@ -104,27 +104,74 @@ def body_image(sampled: Sampled) -> np.ndarray:
 
 
 def tasks() -> Iterator[tuple[str, np.ndarray]]:
-    """What each task asks for, seen from above."""
+    """What each task asks for, seen from above or from the side."""
+    for name, draw in _ways().items():
+        figure, axes = _blank()
+        robot = _robot()
+        axes.plot(robot[:, 0], robot[:, 2], ".", color="0.85", markersize=5, zorder=0)
+        draw(axes)
+        axes.invert_yaxis()  # the robot's right is below where it looks to the right
+        _scaled(axes, "z, to the right [cm]")
+        yield name, _pixels(figure)
+    for name, (after, text) in _forms().items():
+        figure, axes = _blank()
+        across = 2 if name == "area" else 1
+        robot = _robot()
+        axes.plot(robot[:, 0], robot[:, across], ".", color="0.85", markersize=5, zorder=0)
+        axes.plot(after[:, 0], after[:, across], ".", color="#2878bd", markersize=2)
+        axes.set_title(text, fontsize=LETTERS)
+        if across == 1:
+            axes.axhline(0.0, color="0.3", linewidth=1.0)
+        axes.set(xlim=(-8, 8), ylim=(-1, 11) if across == 1 else (5, -5))
+        _scaled(axes, "z, to the right [cm]" if across == 2 else "y, up [cm]")
+        yield name, _pixels(figure)
+
+
+def _robot() -> Array:
+    """Particles of a caterpillar about the middle of its sole `[n, 3]` [cm]."""
+    robot: Array = 100.0 * body_at(Ref("caterpillar"), Ref("standard")).body.positions
+    return robot - robot.mean(axis=0) * (1.0, 0.0, 1.0) - (0.0, float(robot[:, 1].min()), 0.0)
+
+
+def _scaled(axes: "Axes", across: str) -> None:
+    """Equal scales, marks every 5 cm, and what the axes are."""
     from matplotlib.ticker import MultipleLocator
 
-    drawn: dict[str, Callable[[Axes], None]] = {
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.xaxis.set_major_locator(MultipleLocator(5))
+    axes.yaxis.set_major_locator(MultipleLocator(5))
+    axes.set_xlabel("x, ahead [cm]", fontsize=LETTERS)
+    axes.set_ylabel(across, fontsize=LETTERS)
+
+
+def _ways() -> "dict[str, Callable[[Axes], None]]":
+    """Of tasks with a way over the ground, what draws it."""
+    return {
         "movement-speed": _ahead, "turning": _turn, "final-position": _goal,
         "velocity-tracking": lambda axes: _paths(axes, every=None),
         "waypoint-following": lambda axes: _paths(axes, every=INTERVAL),
     }  # fmt: skip
-    for name, draw in drawn.items():
-        figure, axes = _blank()
-        robot = 100.0 * body_at(Ref("caterpillar"), Ref("standard")).body.positions
-        robot -= robot.mean(axis=0)
-        axes.plot(robot[:, 0], robot[:, 2], ".", color="0.85", markersize=5, zorder=0)
-        draw(axes)
-        axes.set_aspect("equal", adjustable="datalim")
-        axes.invert_yaxis()  # the robot's right is below where it looks to the right
-        axes.xaxis.set_major_locator(MultipleLocator(5))
-        axes.yaxis.set_major_locator(MultipleLocator(5))
-        axes.set_xlabel("x, ahead [cm]", fontsize=LETTERS)
-        axes.set_ylabel("z, to the right [cm]", fontsize=LETTERS)
-        yield name, _pixels(figure)
+
+
+def _forms() -> dict[str, tuple[Array, str]]:
+    """Of tasks without a way, a robot that does what is asked for `[n, 3]` [cm], and what counts."""
+    robot = _robot()
+    middle = np.array([0.0, 2.5, 0.0])
+    return {
+        "jump": (robot + 2.0 * middle, "greatest height of the lowest particle [m]"),
+        "flip": (middle + (robot - middle) @ _pitch(-0.8).T + (3.0, 5.0, 0.0), "forward pitch at the end [rad]"),
+        "balance": (robot @ _pitch(1.2).T + (0.0, 4.3, 0.0), "mean elevation of the direction ahead [rad]"),
+        "height": (robot * (0.9, 1.4, 1.0), "mean growth of the extent along y [m]"),
+        "span": (robot * (1.3, 0.9, 1.0), "mean growth of the extent along x [m]"),
+        "area": (robot * (1.15, 1.0, 1.3), "mean growth of the area covered [m$^2$]"),
+        "shape": (robot * (0.9, 1.1, 1.0), "mean fall of the error of the proportions [m]"),
+    }
+
+
+def _pitch(angle: float) -> Array:
+    """The matrix of a rotation by which what is ahead goes up."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
 def _ahead(axes: "Axes") -> None:

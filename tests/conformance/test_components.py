@@ -110,8 +110,15 @@ def _mean_reward(rewards: Array) -> float:
     return float(rewards.mean())
 
 
-SCORES: dict[str, Callable[[Array], float] | None] = {"final-position": _last_reward, "mix": None}
-"""How the score follows from the rewards, where it is not their mean: that of a final state is the last."""
+def _highest_reward(rewards: Array) -> float:
+    return float(rewards.max())
+
+
+SCORES: dict[str, Callable[[Array], float] | None] = {
+    "final-position": _last_reward, "jump": _highest_reward, "flip": None, "mix": None,
+}  # fmt: skip
+"""How the score follows from the rewards, where it is not their mean: that of a final state is the last, of a peak the
+highest."""
 
 
 @pytest.mark.parametrize(("env", "task", "design"), CELLS)

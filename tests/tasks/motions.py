@@ -68,3 +68,33 @@ def rigid(points: torch.Tensor, spin: float, velocity: tuple[float, float, float
         positions.append(turned + time * drift)
         velocities.append(rate + drift)
     return motion(points, torch.stack(positions), torch.stack(velocities))
+
+
+def scattered(count: int = 12, seed: int = 3) -> torch.Tensor:
+    """Random particles `[n, 3]` in a box of 0.1 x 0.05 x 0.04 m on the ground, no two of which share a coordinate."""
+    box = torch.rand(count, 3, dtype=torch.float64, generator=torch.Generator().manual_seed(seed))
+    return (box - torch.tensor([0.5, 0.0, 0.5])) * torch.tensor([0.1, 0.05, 0.04], dtype=torch.float64)
+
+
+def lattice(length: float = 0.1, height: float = 0.05, width: float = 0.04, spacing: float = 0.005) -> torch.Tensor:
+    """Particles `[n, 3]` in the middles of the cubes of a box that stands on y = 0."""
+    sides = [torch.arange(spacing / 2, side, spacing, dtype=torch.float64) for side in (length, height, width)]
+    return torch.cartesian_prod(*sides) - torch.tensor([length / 2, 0.0, width / 2], dtype=torch.float64)
+
+
+def pitch(angle: float) -> torch.Tensor:
+    """The matrix of a rotation about z by which what is ahead goes down: forward, as in a somersault."""
+    c, s = math.cos(angle), math.sin(angle)
+    return torch.tensor([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]], dtype=torch.float64)
+
+
+def roll(angle: float) -> torch.Tensor:
+    """The matrix of a rotation about x by which the right side goes down."""
+    c, s = math.cos(angle), math.sin(angle)
+    return torch.tensor([[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]], dtype=torch.float64)
+
+
+def mapped(rest: torch.Tensor, maps: list[torch.Tensor]) -> Motion:
+    """Points at rest, and then under each of these linear maps about the origin; velocities by differences."""
+    positions = torch.stack([rest, *(rest @ each.T for each in maps)])
+    return motion(rest, positions, torch.gradient(positions, spacing=SECONDS, dim=0)[0])
