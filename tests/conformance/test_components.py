@@ -144,10 +144,8 @@ right. A thousandth of what trained gaits reach."""
 
 
 def _idles(env: str, design: str) -> bool:
-    """Every body on the ground; on beds the caterpillar and voxels in the desert; in water the caterpillar."""
-    if env == "ground":
-        return True
-    return (design == "caterpillar" and env not in BEDS[1:]) or (design == "voxel" and env == "desert")
+    """Every body on the ground; in the desert and in water the caterpillar, beside the voxels in little below."""
+    return env == "ground" or (design == "caterpillar" and env not in BEDS[1:])
 
 
 @pytest.mark.parametrize(

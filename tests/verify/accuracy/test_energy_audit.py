@@ -120,6 +120,7 @@ def _cell(env: str, fidelity: str) -> RunSpec:
     return cell(environment=env, task="turning", controller="sine-basis[scale=1]", fidelity=fidelity, frames=100)
 
 
+@pytest.mark.slow
 def test_the_study_follows_each_fidelity_once_and_shifts_not_at_all() -> None:
     """A name for each on the way; PIC loses most of what the muscles put in."""
     wanted = [_cell("ground", fidelity) for fidelity in ("draft", "draft[transfer=pic]", "draft[shift=0.5]", "draft")]
