@@ -66,7 +66,7 @@ def test_environment_and_random_numbers_are_put_back(tmp_path: Path) -> None:
 
 
 def test_a_flood_is_counted_for_each_run(tmp_path: Path) -> None:
-    """The log of a run after one of ten million lines is whole."""
+    """The log of a run after one of a million lines is whole."""
     path = tmp_path / "zoo.db"
     work_on_fakes(path, 2, child=bad("flood-of-lines"))
     assert len(set(_processes(path))) == 1
