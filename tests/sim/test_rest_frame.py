@@ -33,7 +33,7 @@ def _momenta(solver: Solver) -> tuple[Array, Array]:
     return mass @ v, mass @ np.cross(x, v)
 
 
-@pytest.mark.parametrize(("precision", "tolerance"), [(64, 1e-10), (32, 1e-4)])
+@pytest.mark.parametrize(("precision", "tolerance"), [(64, 1e-10), pytest.param(32, 1e-4, marks=pytest.mark.slow)])
 def test_free_fall_follows_the_exact_discrete_solution(precision: int, tolerance: float) -> None:
     """A thrown body takes y_n = y_0 + v n dt - g dt^2 n (n + 1) / 2, every particle alike."""
     start = np.array([0.1, 1.5, -0.1])

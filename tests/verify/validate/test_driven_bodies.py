@@ -10,6 +10,7 @@ def _push(record: CaseRecorder) -> None:
     footings.pushed(record, "2 cells", 2, 0.5)
 
 
+@pytest.mark.slow
 def test_a_footing_goes_as_deep_as_it_is_pushed() -> None:
     """Its depth and its speed, read from its particles, are those that were wished."""
     result = Case("push", "", _push).run()
