@@ -20,6 +20,7 @@ from zoobench.methods.base import Incumbent
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.spec import Ref
+from zoobench.testing import DOUBLE
 
 TIMES = torch.arange(4, dtype=torch.float64) * 0.008
 
@@ -118,7 +119,7 @@ def test_stiffness_is_a_share_of_the_workspaces() -> None:
 @pytest.mark.parametrize("env", ["ground", POND], ids=["land", "water"])
 def test_the_scored_body_is_the_one_that_is_shown(env: str) -> None:
     """The formed body as a fixed design has the score of the solution, bit for bit; equilibration is counted apart."""
-    problem = Problem(cell(environment=env, design="voxel", frames=4))
+    problem = Problem(cell(environment=env, design="voxel", frames=4, fidelity=DOUBLE))
     draw = problem.initial(np.random.default_rng(2))
     scored = problem.evaluate(draw)
     environment = registry.create(Kind.ENV, problem.spec.env)
@@ -171,7 +172,12 @@ def test_a_run_whose_designs_all_fail_says_why() -> None:
 
 @pytest.mark.parametrize(
     "names",
-    [{"controller": "sine-feedback"}, {"design": "voxel"}, {"design": "voxel", "environment": POND}],
+    [
+        {"controller": "sine-feedback"},
+        {"design": "voxel"},
+        # in the precision whose kernels other tests compile, too
+        {"design": "voxel", "environment": POND, "fidelity": DOUBLE},
+    ],
     ids=["feedback", "bodies", "bodies in water"],
 )
 def test_worlds_do_not_disturb_each_other(names: dict[str, str]) -> None:

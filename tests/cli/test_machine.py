@@ -101,6 +101,7 @@ def test_doctor_finds_a_changed_number(zoobench: Command, database: Path) -> Non
     assert "; and 2 more" in checks["database"]["detail"]
 
 
+@pytest.mark.usefixtures("without_taichi")
 def test_doctor_repairs_what_can_be(zoobench: Command, database: Path) -> None:
     """It says what it has done, and finds the database intact."""
     with sqlite3.connect(database) as connection:

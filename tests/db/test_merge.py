@@ -1,5 +1,6 @@
 """Two databases become one."""
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -13,16 +14,22 @@ from zoobench.db.rows import Batch, Ending, RunState
 from zoobench.db.store import Store
 
 
-@pytest.fixture
-def other(tmp_path: Path) -> Path:
-    """A second database, with two finished runs of the fake child and one that is queued with a checkpoint."""
-    path = tmp_path / "other.db"
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A database with two finished runs of the fake child and one that is queued with a checkpoint."""
+    path = tmp_path_factory.mktemp("made") / "other.db"
     work_on_fakes(path, 2)
     with Store(path) as store:
         claim = claim_new(store, spec(2))
         store.commit(claim, Batch(checkpoint=b"half", fraction=0.5))
         store.finish(claim, Ending(RunState.CANCELLED), Batch())
     return path
+
+
+@pytest.fixture
+def other(made: Path, tmp_path: Path) -> Path:
+    """A second database, a copy of it."""
+    return Path(shutil.copy(made, tmp_path))
 
 
 def test_runs_are_added_with_all_that_is_stored_of_them(location: str, other: Path) -> None:

@@ -44,7 +44,7 @@ def test_fibres_are_ahead() -> None:
     assert (mixture(SPACE, np.full(COUNT, 0.25), 32).fibres[0] == torch.tensor([1.0, 0.0, 0.0])).all()
 
 
-@pytest.mark.parametrize(("cells", "least"), [(64, 0.88), (128, 0.95)])
+@pytest.mark.parametrize(("cells", "least"), [(64, 0.88), pytest.param(128, 0.95, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("end", range(COUNT))
 def test_an_end_of_the_simplex_is_a_primitive(end: int, cells: int, least: float) -> None:
     """Nearly all of its particles and few others, its tissues and its volume."""
@@ -58,7 +58,7 @@ def test_an_end_of_the_simplex_is_a_primitive(end: int, cells: int, least: float
     np.testing.assert_allclose(form.muscle_membership[0], tissues.membership[end], atol=1e-12)
 
 
-@pytest.mark.parametrize("cells", [64, 128])
+@pytest.mark.parametrize("cells", [64, pytest.param(128, marks=pytest.mark.slow)])
 def test_volume_is_kept_between_primitives(cells: int) -> None:
     """From the orca to the tuna, where SDF-Lerp loses more than 5 %; on a fine grid by the particles that are half
     there or more, too: it is no haze that keeps it."""

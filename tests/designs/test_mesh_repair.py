@@ -69,7 +69,7 @@ def test_a_wall_inside_does_not_open_a_surface(tmp_path: Path) -> None:
     assert loaded(inner, tmp_path / "a.ply").mesh.volume() == pytest.approx(mesh.volume, rel=1e-3)
 
 
-@pytest.mark.parametrize("gap", [0.05, 0.5])
+@pytest.mark.parametrize("gap", [pytest.param(0.05, marks=pytest.mark.slow), 0.5])
 def test_patches_that_do_not_meet_are_filled_with_voxels(gap: float, tmp_path: Path) -> None:
     """The six sides of a box of 100 x 50 x 50, each for itself and a little apart: the volume is right within 2 %."""
     pytest.importorskip("skimage")

@@ -179,7 +179,7 @@ def test_gradients_reach_empty_places_by_the_surface(name: str) -> None:
 def test_worlds_do_not_depend_on_each_other(name: str) -> None:
     """Forms and gradients of a batch are those of each world alone, bit for bit."""
     space = made(name)
-    body = space.body(DRAFT)
+    body = space.body(SMOKE)
     together = draws(space, body, 3)
     rng = np.random.default_rng(4)
     pulls = [torch.as_tensor(rng.normal(size=part.shape[1:])) for part in parts(space.form(together, body))]

@@ -18,6 +18,9 @@ NOTEBOOKS = sorted((DOCS / "notebooks").glob("*.py"))
 WHOLE = "<!-- every block runs, in this order -->"
 """Mark of a page whose commands run, too; those of other pages take hours."""
 
+QUICK = ("environment", "method", "simulator", "stl")
+"""Tutorials that do whole runs in no process of their own, as the others do, for ten seconds and more."""
+
 
 def blocks_of(page: Path) -> list[tuple[str, str]]:
     """Language and text of the blocks of a page that run: its Python, and its commands where it says so."""
@@ -27,7 +30,12 @@ def blocks_of(page: Path) -> list[tuple[str, str]]:
 
 
 @pytest.mark.parametrize(
-    "page", [page for page in TUTORIALS if WHOLE not in page.read_text(encoding="utf-8")], ids=lambda page: page.stem
+    "page",
+    [
+        pytest.param(page, marks=() if page.stem in QUICK else pytest.mark.slow, id=page.stem)
+        for page in TUTORIALS
+        if WHOLE not in page.read_text(encoding="utf-8")
+    ],
 )
 def test_a_tutorial_runs(page: Path, tmp_path: Path) -> None:
     """In an empty folder, without an error."""
@@ -57,10 +65,11 @@ def test_a_tutorial_runs_word_for_word(page: Path, tmp_path: Path) -> None:
         assert done.returncode == 0, f"{text}\n{done.stdout}\n{done.stderr}"
 
 
+@pytest.mark.slow
 @pytest.mark.timeout(_SECONDS)
 @pytest.mark.parametrize(
     "notebook",
-    [pytest.param(page, marks=() if page.stem == "compare" else pytest.mark.slow, id=page.stem) for page in NOTEBOOKS],
+    [pytest.param(page, id=page.stem) for page in NOTEBOOKS],
 )
 def test_a_notebook_runs(notebook: Path, tmp_path: Path) -> None:
     """As plain Python in an empty folder, where it draws its pictures into files."""

@@ -61,7 +61,10 @@ def test_what_else_is_drawn_does_not_depend_on_the_physics() -> None:
     pictures = {}
     for seed in range(6):
         told, _ = episode(env, seed)
-        pictures[told["physics"]["slope"]] = env.render()
+        if told["physics"]["slope"] not in pictures:
+            pictures[told["physics"]["slope"]] = env.render()
+        if len(pictures) == 2:
+            break
     assert set(pictures) == {0.0, 5.0}
     assert not np.array_equal(pictures[0.0], pictures[5.0])
     env.close()

@@ -62,13 +62,13 @@ def _leave_a_process_and_die(context: ChildContext) -> None:
 
 
 def _flood(context: ChildContext) -> None:
-    for _ in range(256):
+    for _ in range(128):
         os.write(2, b"x" * (1 << 20))
 
 
 def _flood_lines(context: ChildContext) -> None:
-    """200 MB of short lines."""
-    for _ in range(200):
+    """20 MB of short lines."""
+    for _ in range(20):
         os.write(2, b"a line of twenty b.\n" * 50_000)
     os.write(2, b"the last line\n")
 

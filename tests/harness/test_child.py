@@ -38,7 +38,7 @@ _FAST = ("cmaes",)
 
 def _iterations(method: str) -> int:
     """So many that a run lasts for some of the launcher's looks at it, and for long after its kill was decided upon."""
-    return 180 if method in _FAST else 150
+    return 110 if method in _FAST else 150
 
 
 @pytest.fixture(autouse=True)

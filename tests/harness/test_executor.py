@@ -66,7 +66,7 @@ def test_environment_and_random_numbers_are_put_back(tmp_path: Path) -> None:
 
 
 def test_a_flood_is_counted_for_each_run(tmp_path: Path) -> None:
-    """The log of a run after one of ten million lines is whole."""
+    """The log of a run after one of a million lines is whole."""
     path = tmp_path / "zoo.db"
     work_on_fakes(path, 2, child=bad("flood-of-lines"))
     assert len(set(_processes(path))) == 1
@@ -106,19 +106,25 @@ def test_a_run_goes_on_from_its_checkpoint_in_a_process_that_has_done_another(tm
 @pytest.mark.parametrize(
     "oddity",
     [
+        # one of each kind, and the others, which take two processes each, when there is time
         "is-foreign",
-        "is-full",
         "grows",
         "leaves",
-        "leaves-sessions",
         "leaves-a-thread",
-        "goes-away",
-        "sets-the-path",
         "closes-output",
-        "redirects-output",
-        "replaces-output",
         "sets-a-signal",
-        "ignores-errors",
+        *(
+            pytest.param(oddity, marks=pytest.mark.slow)
+            for oddity in (
+                "is-full",
+                "leaves-sessions",
+                "goes-away",
+                "sets-the-path",
+                "redirects-output",
+                "replaces-output",
+                "ignores-errors",
+            )
+        ),
     ],
 )
 def test_a_process_in_which_a_run_has_left_something_does_no_other(
@@ -204,7 +210,7 @@ with Store(path) as store:
 """
 
 
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGKILL, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)])
 def test_an_idle_process_ends_with_its_worker(tmp_path: Path, number: signal.Signals) -> None:
     """However that ends."""
     with subprocess.Popen([sys.executable, "-c", _IDLE, tmp_path / "zoo.db"], stdout=subprocess.PIPE) as worker:

@@ -127,7 +127,11 @@ def _sorted(places: Array) -> Array:
     return places[np.lexsort(rounded.T)]
 
 
-@pytest.fixture(scope="module", params=["ground", "sand", "water"])
+DIFFERENTIATED = ["sand", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("ground", "water"))]
+"""Sand has all that moves with an arena: the robot, matter that is renewed, and what sleeps."""
+
+
+@pytest.fixture(scope="module", params=DIFFERENTIATED)
 def probed(request: pytest.FixtureRequest) -> tuple[Probe, Gradient]:
     """The thrown cube, with the moves of the base point."""
     probe = Probe(_scene(request.param), 6, fidelity=_fidelity())
@@ -143,7 +147,7 @@ def test_the_gradient_is_that_of_differences(probed: tuple[Probe, Gradient], nam
     assert probe.error(gradient, name, direction, enough=1e-6) <= 1e-6
 
 
-@pytest.mark.parametrize("kind", ["ground", "sand", "water"])
+@pytest.mark.parametrize("kind", DIFFERENTIATED)
 def test_moves_are_repeated_where_little_is_stored(kind: str) -> None:
     """Bit for bit: where a frame is simulated again, its arena moves again."""
     expected, gradient = _pushed(kind)

@@ -54,10 +54,12 @@ def bed_scene() -> Scene:
 
 
 SCENES = {"ground": ground_scene, "bed": bed_scene}
-EVERY_SCENE = pytest.mark.parametrize("name", SCENES)
+# the bed has all that the ground has, and each compiles kernels of its own
+_PARAMS = [pytest.param("ground", marks=pytest.mark.slow), "bed"]
+EVERY_SCENE = pytest.mark.parametrize("name", _PARAMS)
 
 
-@pytest.fixture(scope="module", params=SCENES)
+@pytest.fixture(scope="module", params=_PARAMS)
 def probed(request: pytest.FixtureRequest) -> tuple[Probe, Gradient]:
     """A random functional of the paths of robot and block in an episode, and its gradient."""
     probe = Probe(SCENES[request.param](), 10)
@@ -185,7 +187,7 @@ def test_an_object_stands_on_cubes_of_its_own(edge: float) -> None:
     assert np.abs((places - block.positions)[:, 1]).mean() < 0.02 * H
 
 
-@pytest.mark.parametrize("friction", [0.2, 1.0])
+@pytest.mark.parametrize("friction", [pytest.param(0.2, marks=pytest.mark.slow), 1.0])
 def test_a_ball_rolls_down_a_slope(friction: float) -> None:
     """With 5/7 of the acceleration of what slides without friction, within 5 %, at 6.4 cells across."""
     slope, radius, grid = np.radians(10.0), 0.025, Fidelity(1 / 128, precision=32, sleep=0.0)
@@ -220,12 +222,14 @@ def test_a_block_rests_on_a_bed_that_bears_it() -> None:
     assert abs(low[-1] - low[-5]) < 0.02 * H
 
 
+@pytest.mark.slow
 @EVERY_SCENE
 def test_drivers_agree(name: str) -> None:
     """The serial and the parallel one, in path and gradient."""
     scenes.compare_drivers(SCENES[name](), 3)
 
 
+@pytest.mark.slow
 def test_single_precision_agrees_with_double() -> None:
     """In the gradient, where three bodies meet."""
     scenes.compare_precisions(bed_scene())
@@ -272,6 +276,7 @@ def test_objects_are_refused_in_water_on_a_grid_and_in_a_medium_that_sticks() ->
         replace(scenes.medium_scene("sand"), objects=block)
 
 
+@pytest.mark.slow
 def test_a_box_slips_on_a_back_as_friction_lets_it() -> None:
     """One of 5 cells, whose edges a contact could catch on, is taken along with mu g within 12 %."""
     times, speeds = on_a_back(5, 1.0, 0.5)

@@ -33,7 +33,7 @@ def _momenta(solver: Solver) -> tuple[Array, Array]:
     return mass @ v, mass @ np.cross(x, v)
 
 
-@pytest.mark.parametrize(("precision", "tolerance"), [(64, 1e-10), (32, 1e-4)])
+@pytest.mark.parametrize(("precision", "tolerance"), [(64, 1e-10), pytest.param(32, 1e-4, marks=pytest.mark.slow)])
 def test_free_fall_follows_the_exact_discrete_solution(precision: int, tolerance: float) -> None:
     """A thrown body takes y_n = y_0 + v n dt - g dt^2 n (n + 1) / 2, every particle alike."""
     start = np.array([0.1, 1.5, -0.1])
@@ -115,8 +115,19 @@ def _ragged_scene() -> Scene:
     return replace(scene, robot=replace(scene.robot, **arrays, velocities=scene.robot.velocities[kept]))
 
 
+_EVERY_EFFECT = (_ragged_scene, _terrain_scene)
+"""Between them these have all effects of the others, each of which compiles kernels of its own."""
+
+
 @pytest.mark.parametrize(
-    "make", [_ragged_scene, scenes.flight_scene, scenes.ground_scene, scenes.damped_scene, _terrain_scene]
+    "make",
+    [
+        *_EVERY_EFFECT,
+        *(
+            pytest.param(make, marks=pytest.mark.slow)
+            for make in (scenes.flight_scene, scenes.ground_scene, scenes.damped_scene)
+        ),
+    ],
 )
 def test_gradient_agrees_with_differences(make: object) -> None:
     """Of every group of parameters, along a random direction, for random adjoints of the trajectory."""
@@ -155,7 +166,7 @@ def test_gradient_is_the_same_from_checkpoints() -> None:
 
 def test_world_of_a_batch_equals_the_same_world_alone() -> None:
     """Path and gradient of two worlds agree bit for bit with those of one."""
-    scene = scenes.ground_scene()
+    scene = scenes.damped_scene()
     bodies = [scenes.muscle_body((0.3, 0.0, 0.3), seed=seed) for seed in (1, 5)]
     both = BodyState(**{name: np.stack([getattr(one, name) for one in bodies]) for name in scenes.BODY_GROUPS})
     solver, rollout, gradient = scenes.episode(scene, 4, LAGRANGIAN, both, worlds=2, density_ratio_min=0.5)

@@ -24,9 +24,7 @@ AT_REST = {
 QUICK = {
     "spinning-disc",
     "taylor-green-vortex",
-    "strip-footing",
     "lone-elastic",
-    "dam-break",
     "stretched-bar",
     "on-the-nodes",
 }

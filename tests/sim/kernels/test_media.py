@@ -75,7 +75,7 @@ def test_stress_of_small_strains_keeps_its_digits(name: str) -> None:
         assert np.abs(expected / moduli[:, None, None]).max() > 0.1 * size
 
 
-@pytest.mark.parametrize("name", ["sand", "snow"])
+@pytest.mark.parametrize("name", ["sand", pytest.param("snow", marks=pytest.mark.slow)])
 def test_native_vectors_give_the_same(name: str) -> None:
     """A kernel whose small vectors are those of the processor finds what one of single numbers does."""
     material = SOLIDS[name]

@@ -69,6 +69,7 @@ def test_friction_takes_what_coulombs_law_says() -> None:
     assert abs(-stored - losses.contact - losses.viscous) < 0.04 * before.kinetic
 
 
+@pytest.mark.slow
 def test_the_transfers_differ_in_the_energy_lost_without_a_cause() -> None:
     """A pulsating block of viscous matter: AFLIP loses least, PIC most, and most of AFLIP's loss is viscous."""
     gradient = 3.0 * np.diag([1.0, -0.5, -0.5])
@@ -120,6 +121,7 @@ def _cell(env: str, fidelity: str) -> RunSpec:
     return cell(environment=env, task="turning", controller="sine-basis[scale=1]", fidelity=fidelity, frames=100)
 
 
+@pytest.mark.slow
 def test_the_study_follows_each_fidelity_once_and_shifts_not_at_all() -> None:
     """A name for each on the way; PIC loses most of what the muscles put in."""
     wanted = [_cell("ground", fidelity) for fidelity in ("draft", "draft[transfer=pic]", "draft[shift=0.5]", "draft")]

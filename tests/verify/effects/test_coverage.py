@@ -149,6 +149,7 @@ def test_a_ratio_has_its_interval() -> None:
     assert Ratio.of([3.0], [2.0]) == Ratio(pytest.approx(3.0), pytest.approx(2.0), pytest.approx(1.5), None, None)
 
 
+@pytest.mark.slow
 def test_a_bed_is_measured_beside_an_elastic_one(monkeypatch: pytest.MonkeyPatch) -> None:
     """Plasticity of the desert, in as many launches as repeats."""
     monkeypatch.setattr(

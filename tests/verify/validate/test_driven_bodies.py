@@ -10,6 +10,7 @@ def _push(record: CaseRecorder) -> None:
     footings.pushed(record, "2 cells", 2, 0.5)
 
 
+@pytest.mark.slow
 def test_a_footing_goes_as_deep_as_it_is_pushed() -> None:
     """Its depth and its speed, read from its particles, are those that were wished."""
     result = Case("push", "", _push).run()
@@ -34,6 +35,7 @@ def test_a_particle_too_light_to_be_driven_fails_its_case(monkeypatch: pytest.Mo
     assert "FAILS deformation off that prescribed" in case.run().measured
 
 
+@pytest.mark.slow
 def test_a_plate_makes_the_wave_that_it_is_drawn_to(monkeypatch: pytest.MonkeyPatch) -> None:
     """By a spring of a third of the rate the wave is off by more than a case forgives."""
     assert swimming._swim(8.0, -1.0, 0.5).wave == pytest.approx(1.0, abs=speed_control.TOLERANCE / 2)
