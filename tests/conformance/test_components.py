@@ -52,10 +52,18 @@ def _is_fast(env: str, task: str, design: str) -> bool:
     return task == "movement-speed" and env == "ground" and design not in SWIMMERS
 
 
+def _possible(env: str, task: str) -> list[str]:
+    """The environment for a task, with a box if it needs one; none where there cannot be one."""
+    if not registry.get(Kind.TASK, task.partition("[")[0]).needs_object:
+        return [env]
+    return [f"{env}[object=box]"] if "object" in registry.get(Kind.ENV, env).parameters else []
+
+
 SWIMMERS = [name for name in DESIGNS if "water" in registry.get(Kind.DESIGN, name).tags]
 CELLS = [
-    pytest.param(*names, marks=() if _is_fast(*names) else pytest.mark.slow)
-    for names in itertools.product(ENVS, TASKS, DESIGNS)
+    pytest.param(place, task, design, marks=() if _is_fast(place, task, design) else pytest.mark.slow)
+    for env, task, design in itertools.product(ENVS, TASKS, DESIGNS)
+    for place in _possible(env, task)
 ]
 CELLS += [
     pytest.param(POND, "movement-speed", name, id=f"pond-movement-speed-{name}")
@@ -110,7 +118,11 @@ def _mean_reward(rewards: Array) -> float:
     return float(rewards.mean())
 
 
-SCORES: dict[str, Callable[[Array], float] | None] = {"final-position": _last_reward, "mix": None}
+SCORES: dict[str, Callable[[Array], float] | None] = {
+    **{name: _last_reward for name in registry.names(Kind.TASK) if "final" in registry.get(Kind.TASK, name).tags},
+    "mix": None,
+    "carry": None,
+}
 """How the score follows from the rewards, where it is not their mean: that of a final state is the last."""
 
 
