@@ -10,8 +10,9 @@ from zoobench.spec import Budget, Ref, RunSpec
 DOUBLE = "smoke[precision=64]"
 """The fidelity of checks with a gradient, in double precision."""
 
-WITH_OBJECT = "ground[object=box]"
-"""The environment of tasks with an object, where none is named."""
+WITH_OBJECT = "ground[object=box,object_gap=0]"
+"""The environment of tasks with an object, where none is named: a few frames are not enough to go to one further away,
+which has no gradient then."""
 
 _DEFAULTS = {
     Kind.ENV: "ground",
@@ -27,7 +28,7 @@ def small_cell(budget: Budget | None = None, frames: int = 6, seed: int = 0, **n
     """A resolved spec; axes are named by the kind's noun: `small_cell(environment="ice", fidelity=DOUBLE)`.
 
     Those not named are a caterpillar's that crawls on the ground with a sine basis, by random search; a task with an
-    object has a box on the ground ahead.
+    object has a box on the ground ahead, which touches the robot.
 
     Args:
         budget: without limit by default.
