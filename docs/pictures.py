@@ -23,7 +23,7 @@ from zoobench.render import figures
 from zoobench.render.actors import put_fibres, put_skin
 from zoobench.render.bodies import Sampled, body_at, formed
 from zoobench.render.canvas import Canvas, save
-from zoobench.render.colours import palette, tints
+from zoobench.render.colours import OBJECT, palette, tints
 from zoobench.render.skin import skin
 from zoobench.render.viewpoint import camera_at
 from zoobench.report.curve_plot import AMOUNTS, line
@@ -59,6 +59,16 @@ CELLS = {
 
 ROUTES = {"straight": "-", "arc": "--", "s-curve": "-.", "random": ":"}
 """Strokes of the target's paths."""
+
+MANIPULATED = {
+    "push": ((6, 6), (10, 0), (12, 0), "way of the object at the end [m]"),
+    "push-to": ((6, 6), (10, 0), (11, -4), "by how much nearer\nto the place it is at the end [m]"),
+    "kick": ((6, 6), (10, 0), (16, 0), "its way less that of the robot [m]"),
+    "carry": ((16, 3), (0, 6), (14, 0), "its way, less ten times\nhow far it is below its start [m]"),
+    "lift": ((6, 6), (9, 3), (0, 5), "its rise,\non average [m]"),
+    "topple": ((4, 10), (9, 5), (8, -3), "turn of its upright\naxis at the end [rad]"),
+}
+"""Of tasks with an object: its size, its place, its way [cm] and what counts."""
 
 
 def main() -> None:
@@ -104,9 +114,7 @@ def body_image(sampled: Sampled) -> np.ndarray:
 
 
 def tasks() -> Iterator[tuple[str, np.ndarray]]:
-    """What each task asks for, seen from above."""
-    from matplotlib.ticker import MultipleLocator
-
+    """What each task asks for, seen from above; of what happens to an object's height from the side."""
     drawn: dict[str, Callable[[Axes], None]] = {
         "movement-speed": _ahead, "turning": _turn, "final-position": _goal,
         "velocity-tracking": lambda axes: _paths(axes, every=None),
@@ -114,17 +122,51 @@ def tasks() -> Iterator[tuple[str, np.ndarray]]:
     }  # fmt: skip
     for name, draw in drawn.items():
         figure, axes = _blank()
-        robot = 100.0 * body_at(Ref("caterpillar"), Ref("standard")).body.positions
-        robot -= robot.mean(axis=0)
-        axes.plot(robot[:, 0], robot[:, 2], ".", color="0.85", markersize=5, zorder=0)
+        _robot(axes, up=2)
         draw(axes)
-        axes.set_aspect("equal", adjustable="datalim")
-        axes.invert_yaxis()  # the robot's right is below where it looks to the right
-        axes.xaxis.set_major_locator(MultipleLocator(5))
-        axes.yaxis.set_major_locator(MultipleLocator(5))
-        axes.set_xlabel("x, ahead [cm]", fontsize=LETTERS)
-        axes.set_ylabel("z, to the right [cm]", fontsize=LETTERS)
         yield name, _pixels(figure)
+    for name, (size, place, way, text) in MANIPULATED.items():
+        figure, axes = _blank()
+        up = 2 if name in ("push", "push-to", "kick") else 1
+        _robot(axes, up=up)
+        _object(axes, name, np.array(size), np.array(place), np.array(way))
+        axes.text(0.02, 0.05 if up == 2 else 0.84, text, fontsize=LETTERS, transform=axes.transAxes)
+        axes.set(xlim=(-10, 30), ylim=(11, -11) if up == 2 else (-3, 19))
+        yield name, _pixels(figure)
+
+
+def _robot(axes: "Axes", *, up: int) -> None:
+    """A caterpillar in grey, and the axes: x, and z (2, seen from above) or y (1, seen from the side)."""
+    from matplotlib.ticker import MultipleLocator
+
+    robot = 100.0 * body_at(Ref("caterpillar"), Ref("standard")).body.positions
+    robot -= robot.mean(axis=0) * [1.0, 0.0, 1.0]
+    axes.plot(robot[:, 0], robot[:, up], ".", color="0.85", markersize=5, zorder=0)
+    axes.set_aspect("equal", adjustable="datalim")
+    if up == 2:
+        axes.invert_yaxis()  # the robot's right is below where it looks to the right
+    axes.xaxis.set_major_locator(MultipleLocator(5))
+    axes.yaxis.set_major_locator(MultipleLocator(5))
+    axes.set_xlabel("x, ahead [cm]", fontsize=LETTERS)
+    axes.set_ylabel("z, to the right [cm]" if up == 2 else "y, up [cm]", fontsize=LETTERS)
+
+
+def _object(axes: "Axes", task: str, size: Array, place: Array, way: Array) -> None:
+    """An object at the start, pale where it ends, and an arrow between both [cm]."""
+    from matplotlib.patches import Circle, Rectangle
+
+    for centre, alpha, turn in ((place, 1.0, 0.0), (place + way, 0.35, 90.0 * (task == "topple"))):
+        if task == "kick":
+            shape = Circle(tuple(centre), size[0] / 2, color=OBJECT, alpha=alpha, linewidth=0)
+        else:
+            shape = Rectangle(
+                tuple(centre - size / 2), *size, angle=-turn, rotation_point="center", color=OBJECT, alpha=alpha,
+                linewidth=0,
+            )  # fmt: skip
+        axes.add_patch(shape)
+    axes.annotate("", place + way, place, arrowprops={"arrowstyle": "-|>", "color": "#2878bd", "linewidth": 2})
+    if task == "push-to":
+        axes.plot(*(place + way), "x", color="#c2188f", markersize=9, markeredgewidth=2)
 
 
 def _ahead(axes: "Axes") -> None:
