@@ -20,7 +20,7 @@ from zoobench.sim.model.scene import Effect, Ground, Scene
 from zoobench.sim.model.standing import standing
 from zoobench.sim.solver import Solver
 from zoobench_verify.energies import energy_balance
-from zoobench_verify.validate.objects import on_a_back
+from zoobench_verify.validate.object_contacts import on_a_back
 
 H = scenes.SPACING
 GRAVITY = 9.81
