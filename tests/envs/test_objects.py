@@ -82,8 +82,8 @@ def test_left_and_right_are_mirrored(block: Body) -> None:
 
 def test_several_stand_in_a_row_or_on_each_other(block: Body) -> None:
     """With the gap between two of them, and a quarter of a cell upwards, in an arena that has room for all."""
-    row = _scene(block, seconds=0.1, object_count=6, object_gap=0.03)
-    names = ["object", *(f"object-{number}" for number in range(1, 6))]
+    row = _scene(block, seconds=0.1, object_count=3, object_gap=0.03)
+    names = ["object", *(f"object-{number}" for number in range(1, 3))]
     assert [each.name for each in row.objects] == names
     for near, far in pairwise(names):
         assert _bounds(row, far)[0][0] - _bounds(row, near)[1][0] == pytest.approx(0.03, abs=1e-9)
@@ -116,13 +116,13 @@ def test_an_arena_with_objects_does_not_follow_its_robot(block: Body) -> None:
         ({"object": "sheet"}, "0.8 cells of 0.01562 m; 2 are needed"),
         ({"object_place": "back", "object_shift": 1.0}, "No part of the robot is below"),
         ({"object_place": "back", "object_gap": 0.0}, "without an object_gap"),
-        ({"object_place": "back", "object_count": 6}, "does not fit into the arena"),
+        ({"object_place": "back", "object_count": 3, "object_size": 0.16}, "does not fit into the arena"),
         ({"object_mass": 1e6}, "sinks into the ground"),
         ({"object_mass": -1.0}, "object_mass of -1"),
         ({"object_friction": -0.1}, "object_friction of -0.1"),
         ({"object_gap": -0.1}, "object_gap of -0.1 m"),
-        ({"object_count": 0}, "Give 1 to 8"),
-        ({"object_count": 9}, "Give 1 to 8"),
+        ({"object_count": 0}, "Give 1 to 3"),
+        ({"object_count": 4}, "Give 1 to 3"),
         ({"object": "cube"}, "not offered"),
     ],
 )

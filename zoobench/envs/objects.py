@@ -34,8 +34,8 @@ _FEWEST_CELLS = 2.0
 _FAR = {"ahead": (1.0, 0.0), "behind": (-1.0, 0.0), "left": (0.0, -1.0), "right": (0.0, 1.0)}
 """Directions along x and z."""
 
-_MOST = 8
-"""Objects of a scene: kernels are compiled for every pair of them."""
+_MOST = 3
+"""Objects of a scene: kernels are compiled for every pair of bodies, which takes minutes for five."""
 
 _GAP = 0.02
 
@@ -56,7 +56,7 @@ class Objects:
     * `object_friction`: Coulomb coefficient between an object and the robot, or another object [-].
     * `object_ground_friction`: the same between an object and the ground [-].
     * `object_stiffness`: Young's modulus [Pa]; the robot's is 1e4.
-    * `object_count`: of equal objects, in a row away from the robot, or stacked on its back.
+    * `object_count`: of equal objects, up to 3, in a row away from the robot, or stacked on its back.
     """
 
     object: Kind = "none"
