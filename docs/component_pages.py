@@ -13,7 +13,7 @@ PICTURES = Path(__file__).parent / "pictures"
 
 SHOWN = {
     Kind.ENV: "The environment {} at rest, with a caterpillar in it",
-    Kind.TASK: "The task {}, seen from above or from the side",
+    Kind.TASK: "What counts in the task {}",
     Kind.DESIGN: "A body of the design {}, its muscles in colour",
     Kind.CONTROLLER: "Activity of three muscles over 0.8 s under {}",
     Kind.METHOD: "Learning curves of {} and of the methods that it was compared with",

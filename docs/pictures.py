@@ -23,7 +23,7 @@ from zoobench.render import figures
 from zoobench.render.actors import put_fibres, put_skin
 from zoobench.render.bodies import Sampled, body_at, formed
 from zoobench.render.canvas import Canvas, save
-from zoobench.render.colours import palette, tints
+from zoobench.render.colours import OBJECT, palette, tints
 from zoobench.render.skin import skin
 from zoobench.render.viewpoint import camera_at
 from zoobench.report.curve_plot import AMOUNTS, line
@@ -59,6 +59,16 @@ CELLS = {
 
 ROUTES = {"straight": "-", "arc": "--", "s-curve": "-.", "random": ":"}
 """Strokes of the target's paths."""
+
+MANIPULATED = {
+    "push": ((6, 6), (10, 0), (12, 0), "way of the object at the end [m]"),
+    "push-to": ((6, 6), (10, 0), (11, -4), "by how much nearer\nto the place it is at the end [m]"),
+    "kick": ((6, 6), (10, 0), (16, 0), "its way less that of the robot [m]"),
+    "carry": ((16, 3), (0, 6), (14, 0), "its way, less ten times\nhow far it is below its start [m]"),
+    "lift": ((6, 6), (9, 3), (0, 5), "its rise,\non average [m]"),
+    "topple": ((4, 10), (9, 5), (8, -3), "turn of its upright\naxis at the end [rad]"),
+}
+"""Of tasks with an object: its size, its place, its way [cm] and what counts."""
 
 
 def main() -> None:
@@ -125,6 +135,16 @@ def tasks() -> Iterator[tuple[str, np.ndarray]]:
         axes.set(xlim=(-8, 8), ylim=(-1, 11) if across == 1 else (5, -5))
         _scaled(axes, "z, to the right [cm]" if across == 2 else "y, up [cm]")
         yield name, _pixels(figure)
+    for name, (size, place, way, text) in MANIPULATED.items():
+        figure, axes = _blank()
+        across = 2 if name in ("push", "push-to", "kick") else 1
+        robot = _robot()
+        axes.plot(robot[:, 0], robot[:, across], ".", color="0.85", markersize=5, zorder=0)
+        _object(axes, name, np.array(size), np.array(place), np.array(way))
+        axes.text(0.02, 0.05 if across == 2 else 0.84, text, fontsize=LETTERS, transform=axes.transAxes)
+        axes.set(xlim=(-10, 30), ylim=(11, -11) if across == 2 else (-3, 19))
+        _scaled(axes, "z, to the right [cm]" if across == 2 else "y, up [cm]")
+        yield name, _pixels(figure)
 
 
 def _robot() -> Array:
@@ -164,6 +184,8 @@ def _forms() -> dict[str, tuple[Array, str]]:
         "height": (robot * (0.9, 1.4, 1.0), "mean growth of the extent along y [m]"),
         "span": (robot * (1.3, 0.9, 1.0), "mean growth of the extent along x [m]"),
         "area": (robot * (1.15, 1.0, 1.3), "mean growth of the area covered [m$^2$]"),
+        "climb": (robot + np.array([0.0, 4.0, 0.0]), "mean height gained, last quarter [m]"),
+        "reach": (robot @ _pitch(0.5).T + (0.0, 2.4, 0.0), "fall of the head's distance from a place [m]"),
         "shape": (robot * (0.9, 1.1, 1.0), "mean fall of the error of the proportions [m]"),
     }
 
@@ -172,6 +194,24 @@ def _pitch(angle: float) -> Array:
     """The matrix of a rotation by which what is ahead goes up."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def _object(axes: "Axes", task: str, size: Array, place: Array, way: Array) -> None:
+    """An object at the start, pale where it ends, and an arrow between both [cm]."""
+    from matplotlib.patches import Circle, Rectangle
+
+    for centre, alpha, turn in ((place, 1.0, 0.0), (place + way, 0.35, 90.0 * (task == "topple"))):
+        if task == "kick":
+            shape = Circle(tuple(centre), size[0] / 2, color=OBJECT, alpha=alpha, linewidth=0)
+        else:
+            shape = Rectangle(
+                tuple(centre - size / 2), *size, angle=-turn, rotation_point="center", color=OBJECT, alpha=alpha,
+                linewidth=0,
+            )  # fmt: skip
+        axes.add_patch(shape)
+    axes.annotate("", place + way, place, arrowprops={"arrowstyle": "-|>", "color": "#2878bd", "linewidth": 2})
+    if task == "push-to":
+        axes.plot(*(place + way), "x", color="#c2188f", markersize=9, markeredgewidth=2)
 
 
 def _ahead(axes: "Axes") -> None:

@@ -42,9 +42,18 @@ def test_every_example_is_understood(monkeypatch: pytest.MonkeyPatch) -> None:
         assert stop.value.code == 0, example
 
 
-def test_the_example_component_works() -> None:
-    """The file that the guide shows registers an environment that can be created with its parameter."""
-    (source,) = blocks(GUIDE / "adding.md", "python")
+def test_the_example_components_work() -> None:
+    """The file that the guide shows registers an environment that can be created with its parameter; that of a task
+    owes what every task does."""
+    source, task = blocks(GUIDE / "adding.md", "python")
+    script = (
+        f"{task}\n"
+        "from zoobench.testing import DOUBLE, check_cell, check_documentation, small_cell\n"
+        "check_documentation(Kind.TASK, 'spin-box')\n"
+        "check_cell(small_cell(task='spin-box', fidelity=DOUBLE), lambda rewards: float(rewards[-1]))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
     script = (
         f"{source}\n"
         "from zoobench import registry\n"

@@ -79,7 +79,7 @@ class Divergence:
 
     `quantity` is the one that left its bounds (`finite state`, `det F`, `Courant number`, ...), `value` its worst value
     and `limit` the bound, `place` the particle's position [m], `step` the substep counted from the start of the
-    episode, `frame` its control frame.
+    episode, `frame` its control frame, `body` that of the particle.
     """
 
     world: int
@@ -91,13 +91,15 @@ class Divergence:
     particle: int
     place: tuple[float, float, float]
     advice: str
+    body: str = "robot"
 
     def __str__(self) -> str:
+        owner = "" if self.body == "robot" else f" of the {self.body}"
         where = ", ".join(f"{c:.4g}" for c in self.place)
         return (
             f"The simulation diverged by substep {self.step} (frame {self.frame}, world {self.world}): "
             f"{self.quantity} is {self.value:.4g}, the limit is {self.limit:.4g}, "
-            f"at particle {self.particle} near ({where}) m. {self.advice}"
+            f"at particle {self.particle}{owner} near ({where}) m. {self.advice}"
         )
 
 
@@ -111,7 +113,17 @@ class Unbuildable:
         return f"The design cannot be built: {self.fault}"
 
 
-Failure = Divergence | Unbuildable
+@dataclass(frozen=True)
+class Displaced:
+    """Why an object is not where it was put when the episode begins: `fault` names it and the remedy."""
+
+    fault: str
+
+    def __str__(self) -> str:
+        return self.fault
+
+
+Failure = Divergence | Unbuildable | Displaced
 """Why an episode has no score."""
 
 

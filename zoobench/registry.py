@@ -109,6 +109,11 @@ class Component:
         return frozenset(self.parameters) - frozenset(self.defaults)
 
     @property
+    def needs_object(self) -> bool:
+        """Whether it is a task that reads an object, so that its environment must have one."""
+        return bool(getattr(self.factory, "needs_object", False))
+
+    @property
     def needs_settings(self) -> bool:
         """Whether the bare name is nothing that can be run: a parameter is required, or one of several (`COMPOSED`)."""
         return bool(self.required) or COMPOSED in self.tags

@@ -76,6 +76,22 @@ def test_the_adjoint_goes_through_what_is_seen_of_the_target(monkeypatch: pytest
     assert -without @ direction != pytest.approx((ahead - behind) / 2e-5, rel=1e-4)
 
 
+def test_the_adjoint_goes_through_what_is_seen_of_an_object() -> None:
+    """In double precision it is that of differences, where a robot pushes a box that it sees."""
+    spec = cell(
+        environment="ground[object=box,object_gap=0]", task="push-to", controller="sine-feedback",
+        fidelity="smoke[precision=64]", frames=6,
+    )  # fmt: skip
+    problem = Problem(spec)
+    params = problem.initial(np.random.default_rng(1))
+    params[9 * problem.body.muscle_count :] *= 20.0  # strong feedback
+    direction = np.random.default_rng(2).normal(size=len(params))
+    _, gradient = problem.loss_and_grad(params)
+    ahead, behind = (problem.evaluate(params + sign * 1e-5 * direction).score for sign in (1.0, -1.0))
+    assert -gradient @ direction == pytest.approx((ahead - behind) / 2e-5, rel=1e-5)
+    assert gradient.any()
+
+
 def test_the_time_left_falls_from_one(monkeypatch: pytest.MonkeyPatch) -> None:
     """Frame by frame over the episode, to the share of the last frame."""
     seen: list[float] = []

@@ -10,7 +10,9 @@ from zoobench import registry
 from zoobench.cell.observation import ObservationModel, layout_of
 from zoobench.designs.caterpillar import Caterpillar
 from zoobench.registry import Kind
+from zoobench.sim.model.elastic_bodies import ElasticBody, SceneObject
 from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.spec import FRAME_SECONDS, Ref
 from zoobench.tasks.paths import Path
 
@@ -114,6 +116,42 @@ def test_a_task_that_says_nothing_adds_the_time_left() -> None:
     ]
     assert [len(one) for one in seen] == [BLIND.count + 1] * 3
     assert [float(one[-1]) for one in seen] == [1.0, 0.75, 0.0]
+
+
+def _box(place: tuple[float, float, float]) -> SceneObject:
+    """A small box at a place [m]."""
+    lattice = np.indices((3, 3, 3)).reshape(3, -1).T * 0.01
+    body = ElasticBody.passive(ElasticMaterial(1e5, 0.3, 600.0), lattice + place, np.full(27, 1e-6))
+    return SceneObject("object", body)
+
+
+def test_an_object_is_seen_from_the_turned_robot() -> None:
+    """Its place, its velocity and its axes, and where it is to go, in closed form; its particles follow the robot's."""
+    thing, angle = _box((0.2, 0.0, 0.1)), 0.7
+    model = ObservationModel(BODY, registry.create(Kind.TASK, Ref.parse("push-to[x=0.3,z=0.1]")), FRAMES, (thing,))
+    start = torch.cat([REST, torch.as_tensor(thing.body.positions)])
+    way, speed = torch.tensor([0.02, 0.01, -0.03]).double(), torch.tensor([0.4, 0.1, 0.2]).double()
+    moved = torch.cat([REST @ _turn(angle).T, torch.as_tensor(thing.body.positions) + way])
+    velocities = torch.cat([torch.zeros_like(REST), speed.expand(27, 3)])
+    seen = model.observe(50, moved, velocities, start, WHOLE).numpy()
+    assert len(seen) == model.count
+    assert model.layout[2:-1] == (
+        ("object_place", 3), ("object_velocity", 3), ("object_axes", 6), ("target_position", 2)
+    )  # fmt: skip
+    view = np.array([[math.cos(angle), 0, -math.sin(angle)], [0, 1, 0], [math.sin(angle), 0, math.cos(angle)]])
+    centre = (torch.as_tensor(BODY.masses(1.0)) @ REST / BODY.masses(1.0).sum()) @ _turn(angle).T
+    middle = thing.body.positions.mean(axis=0) + way.numpy()
+    expected = [
+        *(view @ (middle - centre.numpy()) / LENGTH),
+        *(view @ speed.numpy() / (20.0 * LENGTH)),
+        *view[:, 0], *view[:, 1],
+        *(view[::2] @ [0.28, 0.0, 0.13] / LENGTH),
+        0.75,
+    ]  # fmt: skip
+    np.testing.assert_allclose(seen[BLIND.count :], expected, rtol=1e-6, atol=1e-9)
+    np.testing.assert_array_equal(
+        seen[: BLIND.count], BLIND.observe(50, moved[: len(REST)], 0.0 * REST, REST, WHOLE).numpy()
+    )
 
 
 @pytest.mark.parametrize("task", ["movement-speed", "velocity-tracking", "waypoint-following"])

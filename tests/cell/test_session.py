@@ -22,9 +22,11 @@ def _act(problem: Problem, params: np.ndarray, session: Session, observations: n
     return np.stack([controller.response(weights, time, seen, session.muscle_count).numpy() for time, seen in felt])
 
 
-@pytest.mark.parametrize(
-    "task", [name for name in registry.names(Kind.TASK) if not registry.get(Kind.TASK, name).needs_settings]
-)
+TASKS = [registry.get(Kind.TASK, name) for name in registry.names(Kind.TASK)]
+ALONE = [task.name for task in TASKS if not (task.needs_settings or task.needs_object)]
+
+
+@pytest.mark.parametrize("task", [*ALONE, "push-to"])  # which sees what every task with an object does, and more
 def test_an_episode_is_the_same_as_in_one_piece(task: str) -> None:
     """Rewards, cost and end, of a complete episode and of one that is begun again after two frames."""
     problem = Problem(cell(task=task, controller="sine-feedback", frames=FRAMES))

@@ -1,4 +1,4 @@
-"""Targets against the arena, before anything is simulated."""
+"""Tasks against environments, before anything is simulated: targets in the arena, and objects."""
 
 import math
 from pathlib import Path
@@ -71,6 +71,30 @@ def test_a_path_from_a_file_is_checked_alike(tmp_path: Path, monkeypatch: pytest
     (run,) = expand(GridSpec(*axes, spec.budget, spec.fidelity, spec.frames))
     assert isinstance(run, Skip)
     assert "leaves the arena" in run.reason
+
+
+@pytest.mark.parametrize(
+    "task", [name for name in registry.names(Kind.TASK) if registry.get(Kind.TASK, name).needs_object]
+)
+def test_a_task_with_an_object_needs_one(task: str) -> None:
+    """In the environment, which the reason names; the plan skips the run with it, and no problem can be made."""
+    spec = cell(environment="ice", task=task)
+    fault = task_fault(spec)
+    assert f"The task '{task}' needs an object, and 'ice' has none here" in fault
+    assert "--env 'ground[object=box]'" in fault
+    with pytest.raises(UsageError, match="needs an object"):
+        Problem(spec)
+    axes = ((spec.env,), (spec.task,), (spec.design,), (spec.controller,), (spec.method,), (0,))
+    (run,) = expand(GridSpec(*axes, spec.budget, spec.fidelity, spec.frames))
+    assert isinstance(run, Skip)
+    assert run.reason == fault
+    assert not task_fault(cell(environment="ice[object=ball]", task=task))
+
+
+def test_another_task_may_have_objects_about() -> None:
+    """Things to go round; a task that knows no objects, as of an older package, is as one that needs none."""
+    assert not task_fault(cell(environment="ground[object=box]"))
+    assert task_fault(cell(environment="ground[object=none]", task="push"))
 
 
 @pytest.mark.parametrize("name", ["laptop", pytest.param("paper", marks=pytest.mark.slow)])

@@ -3,7 +3,10 @@
 import numpy as np
 import pytest
 
-from zoobench.cell.wall_gap import wall_gaps
+from tests.sim import scenes
+from tests.tasks.motions import carried
+from zoobench.cell.wall_gap import gaps_of, wall_gaps
+from zoobench.sim.model.scene import Scene
 
 LOWER, UPPER, SPACING = (0.0, 0.0, 0.0), (2.0, 0.5, 1.0), 0.1
 HERE = np.ones(2, bool)
@@ -47,3 +50,13 @@ def test_what_a_robot_does_not_have_meets_nothing() -> None:
     path = _path((0.05, 0.1, 0.5))
     assert wall_gaps(path, np.array([True, False]), LOWER, UPPER, SPACING) == pytest.approx([5.0])
     assert np.isinf(wall_gaps(path, ~HERE, LOWER, UPPER, SPACING)).all()
+
+
+def test_an_object_may_meet_a_side_before_its_robot() -> None:
+    """The nearest of both counts: what is pushed reaches it first."""
+    scene = Scene(scenes.ground_scene().robot, (-0.5, 0.0, -0.5), (1.0, 1.0, 1.0))
+    motion = carried([[0.0, 0.0, 0.0], [0.2, 0.0, 0.0], [0.6, 0.0, 0.0]])
+    found = gaps_of(motion, scene, np.zeros((3, 3)), SPACING)
+    ends = motion.object.positions[:, 0, :, 0].max(dim=1).values.numpy()
+    assert found[-1] == pytest.approx((1.0 - ends[-1]) / SPACING)
+    assert found[0] > found[-1]

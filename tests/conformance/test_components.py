@@ -14,6 +14,7 @@ from zoobench.registry import Kind
 from zoobench.spec import Ref
 from zoobench.testing import (
     DOUBLE,
+    WITH_OBJECT,
     check_body,
     check_cell,
     check_controller,
@@ -42,9 +43,11 @@ checked in `tests/sim/test_adjoint.py`, and those of a robot in a bed, of which 
 def _is_fast(env: str, task: str, design: str) -> bool:
     """The caterpillar everywhere and in every task, but not all pairs; any other body once.
 
-    Bodies move on land, or in the pond below if they belong into water; the caterpillar wades in the tank below. All
-    of the product is for `-m slow`.
+    Bodies move on land, or in the pond below if they belong into water; the caterpillar wades in the tank below. Of the
+    tasks with an object the two whose objectives have the most in them. All of the product is for `-m slow`.
     """
+    if registry.get(Kind.TASK, task.partition("[")[0]).needs_object:
+        return task in ("push-to", "topple") and design == "caterpillar" and env == WITH_OBJECT
     if env in (*SHOWN_ELSEWHERE, "shallow-water"):
         return False
     if design == "caterpillar":
@@ -52,10 +55,18 @@ def _is_fast(env: str, task: str, design: str) -> bool:
     return task == "movement-speed" and env == "ground" and design not in SWIMMERS
 
 
+def _possible(env: str, task: str) -> list[str]:
+    """The environment for a task, with a box if it needs one; none where there cannot be one."""
+    if not registry.get(Kind.TASK, task.partition("[")[0]).needs_object:
+        return [env]
+    return [f"{env}[object=box,object_gap=0]"] if "object" in registry.get(Kind.ENV, env).parameters else []
+
+
 SWIMMERS = [name for name in DESIGNS if "water" in registry.get(Kind.DESIGN, name).tags]
 CELLS = [
-    pytest.param(*names, marks=() if _is_fast(*names) else pytest.mark.slow)
-    for names in itertools.product(ENVS, TASKS, DESIGNS)
+    pytest.param(place, task, design, marks=() if _is_fast(place, task, design) else pytest.mark.slow)
+    for env, task, design in itertools.product(ENVS, TASKS, DESIGNS)
+    for place in _possible(env, task)
 ]
 CELLS += [
     pytest.param(POND, "movement-speed", name, id=f"pond-movement-speed-{name}")
@@ -121,8 +132,13 @@ def _highest_reward(rewards: Array) -> float:
 
 
 SCORES: dict[str, Callable[[Array], float] | None] = {
-    "final-position": _last_reward, "jump": _highest_reward, "flip": None, "mix": None,
-}  # fmt: skip
+    **{name: _last_reward for name in registry.names(Kind.TASK) if "final" in registry.get(Kind.TASK, name).tags},
+    "mix": None,
+    "carry": None,
+    "climb": None,
+    "flip": None,
+    "jump": _highest_reward,
+}
 """How the score follows from the rewards, where it is not their mean: that of a final state is the last, of a peak the
 highest."""
 

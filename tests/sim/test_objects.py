@@ -20,7 +20,7 @@ from zoobench.sim.model.scene import Effect, Ground, Scene
 from zoobench.sim.model.standing import standing
 from zoobench.sim.solver import Solver
 from zoobench_verify.energies import energy_balance
-from zoobench_verify.validate.objects import on_a_back
+from zoobench_verify.validate.object_contacts import on_a_back
 
 H = scenes.SPACING
 GRAVITY = 9.81
@@ -37,6 +37,13 @@ def _beside(scene: Scene, **given: Any) -> Scene:
     right = scene.robot.positions.max(0)[0] + 0.5 * H
     low, front = scene.robot.positions.min(0)[1:] - 0.25 * H
     return replace(scene, objects=(SceneObject("block", _block((float(right), float(low), float(front)))),), **given)
+
+
+def _inside(deep: float) -> ElasticBody:
+    """A block of two cells that begins so deep in the muscle cube [cells]."""
+    robot = scenes.ground_scene().robot
+    low, _, front = (float(each) for each in robot.positions.min(axis=0) - 0.5 * scenes.EDGE)
+    return _block((low - 2 * H + deep * H, 0.0, front), 2)
 
 
 def ground_scene() -> Scene:
@@ -259,12 +266,52 @@ def test_bodies_are_found_by_name() -> None:
         ((SceneObject("a", scenes.muscle_body((0.5, 0.0, 0.5))),), "'a' has muscles"),
         ((SceneObject("a", _block((0.5, 0.0, 0.5)), friction=-1.0),), "friction of -1 of the a"),
         ((SceneObject("a", _block((5.0, 0.0, 0.5))),), "particles of the a lie outside"),
+        ((SceneObject("a", _inside(0.5)),), "a begins within the robot"),
+        ((SceneObject("a", _inside(2.0)),), "a begins within the robot"),
+        (tuple(SceneObject(name, _block((0.5, 0.0, 0.5))) for name in "ab"), "b begins within the a"),
     ],
 )
 def test_impossible_objects_are_refused(objects: tuple[SceneObject, ...], told: str) -> None:
     """With the object's name."""
     with pytest.raises(SceneError, match=told):
         replace(scenes.ground_scene(), objects=objects)
+
+
+def test_bodies_that_touch_do_not_overlap() -> None:
+    """Side by side without a gap, and a quarter of a cell apart."""
+    robot = scenes.ground_scene().robot
+    right, low, front = robot.positions.max(0)[0] + 0.5 * scenes.EDGE, *(robot.positions.min(0)[1:] - 0.5 * scenes.EDGE)
+    for gap in (0.0, 0.25 * H):
+        block = SceneObject("a", _block((float(right) + gap, float(low), float(front))))
+        assert replace(scenes.ground_scene(), objects=(block,)).objects
+
+
+def test_an_arena_does_not_follow_a_robot_away_from_objects() -> None:
+    """The objects would stay where the grid no longer is."""
+    with pytest.raises(SceneError, match="away from objects"):
+        replace(ground_scene(), follows=True)
+
+
+def test_a_step_and_a_failure_are_told_of_the_body_that_causes_them() -> None:
+    """The block is stiffer than the robot, and one in two pieces is torn, by its name."""
+    scene = ground_scene()
+    solver = Solver(scene, scenes.fidelity())
+    solver.reset()
+    assert solver.current_limit()[0].matter == "object block"
+    soft = replace(scene.objects[0].body.material, youngs_modulus=10.0)
+    easy = replace(scene, objects=(SceneObject("block", replace(scene.objects[0].body, material=soft)),))
+    assert Solver(easy, scenes.fidelity()).current_limit()[0].matter != "object block"
+    start = solver.matter.copy_slot(0)
+    own = np.arange(scene.particle_count)[scene.slice_of("block")]
+    places = scene.objects[0].body.positions[:, 0]
+    start.x[0, 0, own[places > places.mean()], 0] += 3.0 * H
+    start.v[:] = 0.0
+    rollout = Solver(scene, scenes.fidelity(), start=start).run(np.zeros((1, 1, scenes.MUSCLES)))
+    found = rollout.tears[0]
+    assert found.body == "block"
+    assert found.particle in own
+    assert "of the block near" in str(found)
+    assert "The block is torn: make it stiffer" in str(found)
 
 
 def test_objects_are_refused_in_water_on_a_grid_and_in_a_medium_that_sticks() -> None:

@@ -1,10 +1,11 @@
 """Motions whose scores are known in closed form."""
 
 import math
+from dataclasses import replace
 
 import torch
 
-from zoobench.tasks.base import Motion
+from zoobench.tasks.base import Motion, ObjectMotion
 
 SECONDS = 0.008
 
@@ -49,6 +50,35 @@ def motion(
         tail=(rest[:, 0] < -third).double(),
         muscle_work=torch.zeros(len(positions) - 1, 1, 2, dtype=torch.float64) if work is None else work,
     )
+
+
+def with_object(motion: Motion, rest: torch.Tensor, positions: torch.Tensor) -> Motion:
+    """The motion with an object of equal particles that is without strain at `rest` `[n, 3]`.
+
+    Args:
+        positions: its path `[frames + 1, n, 3]`.
+    """
+    masses = torch.full((len(rest),), 0.01, dtype=torch.float64)
+    thing = ObjectMotion(positions[:, None], torch.zeros_like(positions[:, None]), masses, rest)
+    return replace(motion, objects={"object": thing})
+
+
+def carried(
+    ways: list[list[float]], turns: list[torch.Tensor] | None = None, robot: torch.Tensor | None = None
+) -> Motion:
+    """A motion with a rigid object whose centre has these ways since the start, one a state [m].
+
+    Args:
+        ways: `[frames + 1, 3]`.
+        turns: its rotation at each state; none by default.
+        robot: ways of the robot `[frames + 1, 3]`; at rest by default.
+    """
+    points, rest = disc(rings=1, spokes=3), block(count=3)
+    rest = rest - rest.mean(dim=0)
+    path = torch.tensor(ways, dtype=torch.float64)[:, None]
+    spins = torch.stack(turns or [torch.eye(3, dtype=torch.float64)] * len(ways))
+    own = torch.zeros_like(path) if robot is None else robot[:, None]
+    return with_object(motion(points, points + own), rest + 0.3, rest @ spins.transpose(1, 2) + 0.3 + path)
 
 
 def yaw(angle: float) -> torch.Tensor:

@@ -11,7 +11,7 @@ import pytest
 import torch
 
 from tests.conformance.cells import cell
-from tests.tasks.motions import block, motion
+from tests.tasks.motions import block, motion, with_object
 from zoobench import registry
 from zoobench.cell.problem import Problem
 from zoobench.cell.robot import elongation
@@ -33,6 +33,8 @@ def synthetic() -> dict[str, object]:
     places, speeds = (torch.rand(61, *rest.shape, dtype=torch.float64, generator=chance) - 0.5 for _ in range(2))
     work = torch.rand(60, 1, 2, dtype=torch.float64, generator=chance)
     moved = motion(rest, rest + 0.02 * places, 0.1 * speeds, work)
+    boxes = (torch.rand(61, 40, 3, dtype=torch.float64, generator=chance) * torch.tensor([0.06, 0.05, 0.04])).double()
+    moved = with_object(moved, boxes[0], boxes[0] + 0.01 * boxes)
     found: dict[str, object] = {"elongation": elongation(places[0].numpy(), speeds[0, :, 0].abs().numpy()).hex()}
     for name in registry.names(Kind.TASK):
         task = registry.create(Kind.TASK, Ref.parse("mix[movement-speed=1,turning=1]" if name == "mix" else name))

@@ -22,7 +22,8 @@ class Evaluation:
         score: the task's score; -inf, for comparisons only, if the episode failed.
         metrics: the task's metrics by name, the score among them; empty if the episode failed.
         reward: `[frames]`; empty if the episode failed.
-        failure: where the simulation diverged or why the design cannot be built; None if the episode has a score.
+        failure: where the simulation diverged, why the design cannot be built, or which object did not stay where it
+            was put; None if the episode has a score.
     """
 
     score: float

@@ -12,12 +12,13 @@ from zoobench.cell.closed_loop import FeedbackLoops
 from zoobench.cell.episode import Episode, Evaluation, Record, evaluation_of
 from zoobench.cell.meter import BudgetMeter
 from zoobench.cell.motion import MotionAdjoint, motion_of
+from zoobench.cell.object_rest import object_fault
 from zoobench.cell.robot import Built, Robot
 from zoobench.cell.solvers import Solvers
 from zoobench.cell.wall_gap import gaps_of, reading, told
 from zoobench.designs.base import Body
 from zoobench.envs.base import Environment, Stance
-from zoobench.errors import Divergence
+from zoobench.errors import Displaced, Divergence, Failure
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.spec import FRAME_SECONDS
 from zoobench.tasks.base import Metric, Motion, Task
@@ -90,7 +91,7 @@ class EpisodeRunner:
             feedback=loops.act if loops else None,
             equilibration=self._rest_frames if relaxed else 0,
         )
-        rollout, broken = whole.episode, _failures(whole)
+        rollout, broken = whole.episode, self._failures(whole)
         motions = [
             motion_of(rollout, self.body, self.scene, slice(world, world + 1), gradient=gradient, swims=self._swims)
             for world in range(len(built))
@@ -131,20 +132,27 @@ class EpisodeRunner:
         by_body = direct.by_arrays(gradient, whole, self.body, self.density) if relaxed else {}
         return {"activity": gradient.actuation.swapaxes(0, 1), **by_body}
 
-    def _read(
-        self, motion: Motion, gaps: Array, metrics: Mapping[str, Metric], divergence: Divergence | None
-    ) -> Evaluation:
+    def _failures(self, whole: "Rollout") -> dict[int, Failure]:
+        """Failures by world: where an object fell before the episode, nothing that follows counts."""
+        found: dict[int, Failure] = {**_divergences(whole)}
+        for world in range(whole.positions.shape[1]) if self.scene.objects and self._rest_frames else ():
+            if fault := object_fault(self.scene, whole.episode.positions[0, world]):
+                found[world] = Displaced(fault)
+        return found
+
+    def _read(self, motion: Motion, gaps: Array, metrics: Mapping[str, Metric], failure: Failure | None) -> Evaluation:
         """Score, reward and metrics of a motion with these gaps from the sides of the arena, and also `metrics`.
 
         A robot that failed near a side of the arena has met that side, and is not called torn.
         """
-        if divergence is None:
+        if failure is None:
             return evaluation_of(self._task, motion, {**metrics, **reading(gaps)})
-        failure = told(divergence, float(gaps[: divergence.frame + 2].min()))
+        if isinstance(failure, Divergence):
+            failure = told(failure, float(gaps[: failure.frame + 2].min()))
         return Evaluation(-math.inf, {}, np.zeros(0), failure)
 
 
-def _failures(whole: "Rollout") -> dict[int, Divergence]:
+def _divergences(whole: "Rollout") -> dict[int, Divergence]:
     """Divergences and tears by world, counted from the start of the episode.
 
     A torn robot has no score: otherwise it could win by throwing off a piece.

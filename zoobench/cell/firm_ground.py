@@ -13,11 +13,11 @@ def rest_frame_fault(spec: RunSpec) -> str:
     if spec.fidelity.kwargs.get("robot") != "lagrangian":
         return ""
     env = registry.create(Kind.ENV, spec.env)
-    if env.bed is None and env.water is None:
+    if env.bed is None and env.water is None and not env.objects:
         return ""
     return (
-        f"A robot in its rest frame (robot=lagrangian) moves on firm ground alone, and {spec.env.name!r} has a bed or "
-        "water. Choose an environment without, or robot=mpm."
+        f"A robot in its rest frame (robot=lagrangian) moves on firm ground alone, and {spec.env.name!r} has a bed, "
+        "water or an object. Choose an environment without, or robot=mpm."
     )
 
 

@@ -2,6 +2,8 @@
 
 from typing import TYPE_CHECKING
 
+from zoobench.cell.object_rest import object_fault
+from zoobench.errors import SceneError
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.scene import Scene
 from zoobench.spec import FRAME_SECONDS
@@ -22,6 +24,7 @@ class Solvers:
     def __init__(self, scene: Scene, fidelity: Fidelity, equilibration_frames: int) -> None:
         self._scene, self._fidelity, self._equilibration_frames = scene, fidelity, equilibration_frames
         self._start: Matter | None = None
+        self._is_checked = not scene.objects
         self._kept: dict[tuple[int, bool], Solver] = {}
 
     def get(self, worlds: int, gradient: bool) -> "Solver":
@@ -44,10 +47,11 @@ class Solvers:
 
         Raises:
             UsageError: `worlds` is less than 1, or there is no GPU for a fidelity that asks for one.
+            SceneError: an object is not where it was put after the equilibration.
         """
         from zoobench.sim.solver import Solver
 
-        return Solver(
+        solver = Solver(
             self._scene,
             self._fidelity,
             worlds=worlds,
@@ -55,6 +59,11 @@ class Solvers:
             gradients=gradient,
             start=self._equilibrated(keeps_rest),
         )
+        if not self._is_checked:
+            if fault := object_fault(self._scene, solver.positions(0)):
+                raise SceneError(fault)
+            self._is_checked = True
+        return solver
 
     def most_worlds(self, frames: int, substeps: int) -> int:
         """Worlds side by side of which every state of an episode fits into memory, at least 1.

@@ -213,10 +213,12 @@ class Environment:
 
         It is longer by whole cells, so that episodes of every length begin at the same place of the grid.
 
-        A bed is longer by the way of an episode ahead, and firm ground, which costs nothing, on every side, and by the
-        way down a slope. A tank of water is as large as it is given: waves of a longer one would take longer to rest.
+        A bed is longer by the way of an episode ahead, and firm ground, which costs nothing, on every side, by the way
+        down a slope and by what objects take. A tank of water is as large as it is given: waves of a longer one would
+        take longer to rest.
         """
-        way, size = _whole(HIGHEST_SPEED * seconds, grid_spacing), np.array(self.arena)
+        way = _whole(HIGHEST_SPEED * seconds, grid_spacing) + _whole(self.objects.reach, grid_spacing)
+        size = np.array(self.arena)
         start = size * (self.start[0], 0.0, self.start[1])
         if self.objects and self.bed is not None:  # an object is pushed anywhere, and its robot goes round it
             room = _whole(FREE_ROOM, grid_spacing)

@@ -38,6 +38,11 @@ _FAR = {"ahead": (1.0, 0.0), "behind": (-1.0, 0.0), "left": (0.0, -1.0), "right"
 _UNDER = ("back", "below")
 """Places above each other with the robot's."""
 
+_MOST = 3
+"""Objects of a scene: kernels are compiled for every pair of bodies, which takes minutes for five."""
+
+_GAP = 0.02
+
 _APART = 0.25
 """Distance at which an object is put down on a back [cells]: that at which two bodies carry each other."""
 
@@ -51,19 +56,19 @@ class Objects:
     * `object_mass`: of one [kg].
     * `object_place`: `ahead`, `behind`, `left` or `right` of the robot on the ground, on its `back`, or on the ground
       `below` a robot that hangs.
-    * `object_gap`: between robot and object; of one on the back or below, ahead of the robot's middle [m].
-    * `object_shift`: of an object, to the right; of one to the left or right of the robot, ahead [m].
+    * `object_gap`: between robot and object, or two objects; none on the back or below [m].
+    * `object_shift`: of an object ahead or behind, to the right; of others, ahead [m].
     * `object_friction`: Coulomb coefficient between an object and the robot, or another object [-].
     * `object_ground_friction`: the same between an object and the ground [-].
     * `object_stiffness`: Young's modulus [Pa]; the robot's is 1e4.
-    * `object_count`: of equal objects, in a row away from the robot, or stacked on its back.
+    * `object_count`: of equal objects, up to 3, in a row away from the robot, or stacked on its back.
     """
 
     object: Kind = "none"
     object_size: float = 0.0625
     object_mass: float = 0.08
     object_place: Place = "ahead"
-    object_gap: float = 0.02
+    object_gap: float = _GAP
     object_shift: float = 0.0
     object_friction: float = 0.5
     object_ground_friction: float = 0.5
@@ -77,14 +82,17 @@ class Objects:
         for name in ("object_friction", "object_ground_friction"):
             if not 0.0 <= getattr(self, name) < np.inf:
                 raise UsageError(f"An {name} of {getattr(self, name):g} is not possible. Give 0 or more.")
-        if self.object_count < 1:
-            raise UsageError(f"An object_count of {self.object_count} is not possible. Give 1 or more.")
-        least = -np.inf if self.object_place in _UNDER else 0.0
-        if not np.isfinite([self.object_gap, self.object_shift]).all() or self.object_gap < least:
+        if not 1 <= self.object_count <= _MOST:
+            raise UsageError(f"An object_count of {self.object_count} is not possible. Give 1 to {_MOST}.")
+        if not (0.0 <= self.object_gap < np.inf and np.isfinite(self.object_shift)):
             raise UsageError(
                 f"An object_gap of {self.object_gap:g} m with an object_shift of {self.object_shift:g} m is not "
-                "possible. Give finite numbers, and a gap of 0 or more unless the object is on the robot's back or "
-                "below it."
+                "possible. Give finite numbers, and a gap of 0 or more."
+            )
+        if self.object_place in _UNDER and self.object_gap != _GAP:
+            raise UsageError(
+                "An object on the robot's back or below it has no object_gap. Give an object_shift to have it further "
+                "ahead."
             )
 
     def __bool__(self) -> bool:
@@ -95,11 +103,19 @@ class Objects:
         """Length, height and width of an object `[3]` [m]."""
         return self.object_size * np.array(PROPORTIONS[self.object])
 
+    @property
+    def reach(self) -> float:
+        """How far they go beyond the robot in any horizontal direction, at most [m]; 0 without any."""
+        if not self:
+            return 0.0
+        side = float(self.size[[0, 2]].max())
+        return self.object_count * (side + abs(self.object_gap)) + abs(self.object_shift)
+
     def placed(self, scene: Scene, fidelity: Fidelity) -> Scene:
         """The scene with the objects about its robot, each on what is below it.
 
         Raises:
-            SceneError: an object is too thin for the grid, or does not fit into the arena.
+            SceneError: an object is too thin for the grid, is too heavy for the ground, or has no place.
         """
         h, edge = fidelity.grid_spacing, fidelity.particle_edge
         if self.size.min() < (1.0 - 1e-9) * _FEWEST_CELLS * h:
@@ -127,7 +143,7 @@ class Objects:
             moved = replace(rest, positions=rest.positions + place)
             if self.object_place == "back":
                 below = bodies[-1] if bodies else scene.robot
-                bodies.append(_put_down(moved, below, edge, _APART * h))
+                bodies.append(_put_down(scene, moved, below, edge, _APART * h))
             else:
                 bodies.append(_stood(scene, moved, edge))
         objects = tuple(
@@ -152,7 +168,7 @@ class Objects:
         middle, half = (low + high) / 2, (high - low) / 2
         middle[1] = low[1]
         if self.object_place in _UNDER:
-            yield from [middle + np.array([self.object_gap, 0.0, self.object_shift])] * self.object_count
+            yield from [middle + np.array([self.object_shift, 0.0, 0.0])] * self.object_count
             return
         x, z = _FAR[self.object_place]
         out, aside = np.array([x, 0.0, z]), np.array([abs(z), 0.0, abs(x)]) * self.object_shift
@@ -167,21 +183,36 @@ NO_OBJECTS = Objects()
 
 def _stood(scene: Scene, body: ElasticBody, edge: float) -> ElasticBody:
     """The body where the ground carries it; on a bed it is left on its surface, like the robot."""
-    alone = replace(scene, robot=body, objects=(), follows=False)
-    return standing(alone, edge).robot
+    _check_place(body, scene)
+    try:
+        return standing(replace(scene, robot=body, objects=(), follows=False), edge).robot
+    except SceneError as error:
+        mass = float(body.masses.sum())
+        raise SceneError(
+            f"An object of {mass:.3g} kg sinks into the ground. Give a smaller object_mass or a greater skin_stiffness."
+        ) from error
 
 
-def _put_down(body: ElasticBody, below: ElasticBody, edge: float, gap: float) -> ElasticBody:
+def _check_place(body: ElasticBody, scene: Scene) -> None:
+    low, high = (np.round(each, 3) for each in (body.positions.min(axis=0), body.positions.max(axis=0)))
+    if (low < scene.lower).any() or (high > scene.upper).any():
+        raise SceneError(
+            f"An object from {tuple(low.tolist())} to {tuple(high.tolist())} m does not fit into the arena from "
+            f"{scene.lower} to {scene.upper} m. Give a smaller object_size, or fewer."
+        )
+
+
+def _put_down(scene: Scene, body: ElasticBody, below: ElasticBody, edge: float, gap: float) -> ElasticBody:
     """The body so far above the highest particle of another that is below it [m].
 
     Raises:
-        SceneError: nothing of the other is below it.
+        SceneError: nothing of the other is below it, or the arena is too low.
     """
     low, high = body.positions.min(axis=0) - edge / 2, body.positions.max(axis=0) + edge / 2
     under = ((below.positions > low) & (below.positions < high))[:, [0, 2]].all(axis=1)
     if not under.any():
-        raise SceneError(
-            "No part of the robot is below an object on its back. Give a smaller object_gap or object_shift."
-        )
+        raise SceneError("No part of the robot is below an object on its back. Give a smaller object_shift.")
     top = float(below.positions[under, 1].max()) + edge / 2
-    return replace(body, positions=body.positions + np.array([0.0, top + gap - low[1], 0.0]))
+    down = replace(body, positions=body.positions + np.array([0.0, top + gap - low[1], 0.0]))
+    _check_place(down, scene)
+    return down

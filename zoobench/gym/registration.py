@@ -14,10 +14,15 @@ FRAMES = 200
 
 
 def register_envs() -> None:
-    """Register every combination of environment, body and task once."""
+    """Register every possible combination of environment, body and task once.
+
+    A task with an object has a box ahead of the robot, where an environment takes objects.
+    """
     for env, design, task in product(registry.names(Kind.ENV), _bodies(), _tasks()):
         name = name_of(env, design, task)
-        if f"{_NAMESPACE}/{name}" in gymnasium.registry:
+        is_with_object = registry.get(Kind.TASK, task).needs_object
+        is_impossible = is_with_object and "object" not in registry.get(Kind.ENV, env).parameters
+        if is_impossible or f"{_NAMESPACE}/{name}" in gymnasium.registry:
             continue
         with namespace(_NAMESPACE):
             register(
@@ -25,7 +30,7 @@ def register_envs() -> None:
                 entry_point="zoobench.gym.single:ZooEnv",
                 vector_entry_point="zoobench.gym.vector:ZooVectorEnv",
                 max_episode_steps=FRAMES,
-                kwargs={"env": env, "design": design, "task": task},
+                kwargs={"env": f"{env}[object=box]" if is_with_object else env, "design": design, "task": task},
             )
 
 

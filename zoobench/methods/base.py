@@ -11,7 +11,7 @@ import numpy as np
 from zoobench.arrays import Array
 from zoobench.cell.episode import Evaluation
 from zoobench.cell.problem import Problem
-from zoobench.errors import Divergence, DivergenceError, Failure, Unbuildable, UsageError
+from zoobench.errors import Displaced, Divergence, DivergenceError, Failure, Unbuildable, UsageError
 from zoobench.methods.archive import Archive
 
 
@@ -87,7 +87,7 @@ class Method(Protocol):
         """
 
 
-_FAILURES: dict[str, type[Failure]] = {kind.__name__: kind for kind in (Divergence, Unbuildable)}
+_FAILURES: dict[str, type[Failure]] = {kind.__name__: kind for kind in (Divergence, Unbuildable, Displaced)}
 
 
 @dataclass

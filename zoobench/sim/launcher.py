@@ -208,12 +208,11 @@ class Launcher:
         alive: Tensor,
         report: Tensor,
         culprit: Tensor,
-        *,
-        robot_only: bool = False,
+        count: int | None = None,
     ) -> None:
-        """Report the condition of every world, or of its robot, at slot 0 (see `survey.survey`)."""
+        """Report the condition of every world, by its first `count` particles, at slot 0 (see `survey.survey`)."""
         self.launches["survey"] += 1
-        count = matter.robot if robot_only else matter.state.shape[2]
+        count = matter.state.shape[2] if count is None else count
         if self._driver:
             self._driver.survey(matter, parameters, alive, report, culprit, count)
         else:

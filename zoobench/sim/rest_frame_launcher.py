@@ -89,8 +89,7 @@ class RestFrameLauncher(Launcher):
         alive: Tensor,
         report: Tensor,
         culprit: Tensor,
-        *,
-        robot_only: bool = False,
+        count: int | None = None,
     ) -> None:
         """As `Launcher.survey`, with the bound on the step of the rest frame."""
         self.launches["survey"] += 1

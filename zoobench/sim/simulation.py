@@ -102,9 +102,11 @@ class Simulation:
         return self.origin + self.offsets * (self.fidelity.robot == "mpm")
 
     @cached_property
-    def neighbours(self) -> Neighbours:
-        """Neighbours of the robot's particles, absent ones too."""
-        return Neighbours(self.scene.robot.positions, self.scene.robot_edge(self.fidelity))
+    def neighbours(self) -> dict[str, Neighbours]:
+        """Neighbours of the particles of the robot and of every object, absent ones too."""
+        edge = self.fidelity.particle_edge
+        bodies = {"robot": self.scene.robot, **{each.name: each.body for each in self.scene.objects}}
+        return {name: Neighbours(body.positions, body.edge or edge) for name, body in bodies.items()}
 
     def is_alive(self) -> IntArray:
         """`[worlds]` 0 for a world that has diverged, on the host."""

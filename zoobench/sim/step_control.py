@@ -1,21 +1,27 @@
 """Step control: every world takes its own steps through a control frame, and repeats it where they were too long."""
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 
+from zoobench.arrays import Array
 from zoobench.errors import Divergence
-from zoobench.sim.model.diagnostics import Finding, diagnose, torn
+from zoobench.sim.model.diagnostics import Finding, Neighbours, diagnose, torn
 from zoobench.sim.model.rollout import Feedback, Rollout
 from zoobench.sim.model.state import IntArray
-from zoobench.sim.model.step_limits import MOST_REFINEMENT, Condition, StepLimit, step_now
+from zoobench.sim.model.step_limits import MOST_REFINEMENT, Condition, StepLimit, object_label, step_now
 from zoobench.sim.model.tensors import memory
 from zoobench.sim.moving_arena import MovingArena
 from zoobench.sim.simulation import Simulation
 from zoobench.sim.sleep import choose_sleepers
 from zoobench.sim.state_recorder import StateRecorder
 from zoobench.sim.tape import Tape
+
+GrowthOf = Callable[[int], tuple[float, int]]
+"""The `Neighbours.growth` of a body by the world."""
 
 
 class Diagnostics:
@@ -42,20 +48,31 @@ class Diagnostics:
 
     def renew(self, conditions: list[Condition]) -> list[Condition]:
         """The conditions of the same states under another activity: the robot's stiffness alone depends on it."""
-        robots = self._look(robot_only=True)
+        robots = self._look(self._sim.matter.robot)
         return [
             each._replace(robot_stiffness=robot.robot_stiffness) for each, robot in zip(conditions, robots, strict=True)
         ]
 
     def limits(self) -> list[StepLimit]:
-        """The step that every world could take now."""
-        sim = self._sim
-        return [step_now(sim.scene, sim.fidelity, sim.frame_seconds, condition) for condition in self.survey()]
+        """The step that every world could take now, and what sets it by name."""
+        sim, conditions = self._sim, self.survey()
+        names = ["robot"] * sim.worlds
+        least = [each.robot_stiffness for each in self._look(sim.robot_count)] if sim.scene.objects else []
+        for thing in sim.scene.objects:
+            # of the bodies up to this one; the stiffest is that with which it does not grow any more
+            so_far = [each.robot_stiffness for each in self._look(sim.scene.slice_of(thing.name).stop)]
+            label = object_label(thing.name)
+            names = [label if more > now else name for name, more, now in zip(names, so_far, least, strict=True)]
+            least = so_far
+        return [
+            step_now(sim.scene, sim.fidelity, sim.frame_seconds, condition, name)
+            for condition, name in zip(conditions, names, strict=True)
+        ]
 
-    def _look(self, *, robot_only: bool = False) -> list[Condition]:
-        """The condition of every world, as the kernel finds it."""
+    def _look(self, count: int | None = None) -> list[Condition]:
+        """The condition of every world, as the kernel finds it, by its first `count` particles, by default by all."""
         sim = self._sim
-        sim.launcher.survey(sim.matter, sim.parameters, sim.alive, self._report, self._culprit, robot_only=robot_only)
+        sim.launcher.survey(sim.matter, sim.parameters, sim.alive, self._report, self._culprit, count)
         return [Condition(*row) for row in memory(self._report).tolist()]
 
     def divergence(self, world: int, frame: int, step: int, finding: Finding) -> Divergence:
@@ -65,8 +82,9 @@ class Diagnostics:
             particle = int(self._culprit[world, finding.column])
         x, y, z = (sim.matter.x[0, world, particle].cpu().double().numpy() + sim.origins[world]).tolist()
         return Divergence(
-            world, frame, step, finding.quantity, finding.value, finding.limit, particle, (x, y, z), finding.advice
-        )
+            world, frame, step, finding.quantity, finding.value, finding.limit, particle, (x, y, z), finding.advice,
+            sim.scene.owner_of(particle),
+        )  # fmt: skip
 
 
 class StepControl:
@@ -208,27 +226,34 @@ class StepControl:
         ]
         return np.minimum(limits, self._most)
 
-    def _growths(self) -> Callable[[int], tuple[float, int]]:
-        """`Neighbours.growth` of a world in its present state; on a GPU it is found there, of all worlds."""
-        sim, count = self._sim, self._sim.robot_count
-        present = self._rollout.body["occupancy"][:, :count] > 0.5
-        if not sim.matter.state.is_cpu:
-            return sim.neighbours.growths(sim.matter.x[0, :, :count], present).__getitem__
-        places = sim.matter.robot_rows(0, 1)[:, :count, 0, :3]
-        return lambda world: sim.neighbours.growth(places[world], present[world])
+    def _growths(self) -> dict[str, GrowthOf]:
+        """`Neighbours.growth` of every body in a world's present state; on a GPU it is found there, of all worlds."""
+        sim = self._sim
+        present, found = self._rollout.body["occupancy"] > 0.5, dict[str, GrowthOf]()
+        for name, neighbours in sim.neighbours.items():
+            own = sim.scene.slice_of(name)
+            if sim.matter.state.is_cpu:
+                found[name] = partial(
+                    _growth_of, neighbours, sim.matter.robot_rows(0, 1)[:, own, 0, :3], present[:, own]
+                )
+            else:
+                found[name] = neighbours.growths(sim.matter.x[0, :, own], present[:, own]).__getitem__
+        return found
 
-    def _check_tears(
-        self, world: int, frame: int, condition: Condition, growths: Callable[[int], tuple[float, int]]
-    ) -> None:
-        """Note a world whose robot has torn, by the growth of its neighbours' distances."""
+    def _check_tears(self, world: int, frame: int, condition: Condition, growths: dict[str, GrowthOf]) -> None:
+        """Note a world in which the robot or an object has torn, by the growth of its neighbours' distances."""
         sim, rollout = self._sim, self._rollout
         if world in rollout.tears:
             return
-        growth, particle = growths(world)
-        cell = sim.fidelity.grid_spacing / sim.scene.robot_edge(sim.fidelity)
-        if finding := torn(growth, particle, condition.stretch, cell):
-            step = int(rollout.counts[: frame + 1, world].sum())
-            rollout.tears[world] = self._diagnostics.divergence(world, frame, step, finding)
+        edges = {each.name: each.body.edge for each in sim.scene.objects} | {"robot": sim.scene.robot.edge}
+        for name, growth_of in growths.items():
+            growth, particle = growth_of(world)
+            cell = sim.fidelity.grid_spacing / (edges[name] or sim.fidelity.particle_edge)
+            particle += sim.scene.slice_of(name).start
+            if finding := torn(growth, particle, condition.stretch, cell, name):
+                step = int(rollout.counts[: frame + 1, world].sum())
+                rollout.tears[world] = self._diagnostics.divergence(world, frame, step, finding)
+                return
 
     def _failures(self, frame: int) -> dict[int, Finding]:
         """The finding of every world alive whose state after the frame is refused."""
@@ -241,3 +266,8 @@ class StepControl:
                 if finding is not None:
                     failures[world] = finding
         return failures
+
+
+def _growth_of(neighbours: Neighbours, places: Array, present: NDArray[np.bool_], world: int) -> tuple[float, int]:
+    """`Neighbours.growth` of a world, from those of all of them."""
+    return neighbours.growth(places[world], present[world])

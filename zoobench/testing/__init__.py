@@ -6,10 +6,11 @@ Each check simulates a few control frames at most and raises AssertionError with
 from zoobench.testing.component_checks import check_body, check_controller, check_documentation, check_units
 from zoobench.testing.memory_context import MemoryContext
 from zoobench.testing.simulated_checks import check_cell, check_method, check_rest
-from zoobench.testing.small_cells import DOUBLE, small_cell
+from zoobench.testing.small_cells import DOUBLE, WITH_OBJECT, small_cell
 
 __all__ = [
     "DOUBLE",
+    "WITH_OBJECT",
     "MemoryContext",
     "check_body",
     "check_cell",

@@ -10,6 +10,10 @@ from zoobench.spec import Budget, Ref, RunSpec
 DOUBLE = "smoke[precision=64]"
 """The fidelity of checks with a gradient, in double precision."""
 
+WITH_OBJECT = "ground[object=box,object_gap=0]"
+"""The environment of tasks with an object, where none is named: a few frames are not enough to go to one further away,
+which has no gradient then."""
+
 _DEFAULTS = {
     Kind.ENV: "ground",
     Kind.TASK: "movement-speed",
@@ -23,7 +27,8 @@ _DEFAULTS = {
 def small_cell(budget: Budget | None = None, frames: int = 6, seed: int = 0, **names: str) -> RunSpec:
     """A resolved spec; axes are named by the kind's noun: `small_cell(environment="ice", fidelity=DOUBLE)`.
 
-    Those not named are a caterpillar's that crawls on the ground with a sine basis, by random search.
+    Those not named are a caterpillar's that crawls on the ground with a sine basis, by random search; a task with an
+    object has a box on the ground ahead, which touches the robot.
 
     Args:
         budget: without limit by default.
@@ -37,7 +42,9 @@ def small_cell(budget: Budget | None = None, frames: int = 6, seed: int = 0, **n
     """
     if unknown := sorted(names.keys() - {kind.noun for kind in _DEFAULTS}):
         raise UnknownNameError("axis", unknown[0], [kind.noun for kind in _DEFAULTS])
-    refs: dict[str, Any] = {
-        axis: registry.resolve(kind, Ref.parse(names.get(kind.noun, _DEFAULTS[kind]))) for axis, kind in KINDS.items()
-    }
+    chosen = {kind: Ref.parse(names.get(kind.noun, text)) for kind, text in _DEFAULTS.items()}
+    task = chosen[Kind.TASK]
+    if Kind.ENV.noun not in names and registry.get(Kind.TASK, task.name, task.version).needs_object:
+        chosen[Kind.ENV] = Ref.parse(WITH_OBJECT)
+    refs: dict[str, Any] = {axis: registry.resolve(kind, chosen[kind]) for axis, kind in KINDS.items()}
     return RunSpec(**refs, seed=seed, budget=budget or Budget("substeps", 1e9), frames=frames)

@@ -40,7 +40,7 @@ _STRONGER = (250.0, 500.0)
 _THIN_MUD = MudMaterial(1e5, 0.3, 1600.0, yield_stress=_CLAY.yield_stress, viscosity=0.0)
 
 
-class Push(NamedTuple):
+class FootingPush(NamedTuple):
     """The motion and the forces of a footing, in means over parts of its way `[parts]`, all read from its particles.
 
     Attributes:
@@ -59,7 +59,7 @@ class Push(NamedTuple):
 def footing(
     cells: int, friction: float | None, *, depth: int | None = None, material: ClayMaterial | MudMaterial = _CLAY,
     place: float = 0.0,
-) -> Push:  # fmt: skip
+) -> FootingPush:  # fmt: skip
     """Push a strip footing, an elastic block, into a weightless medium; the force on it is the medium's resistance.
 
     Plane strain: one cell between walls without friction.
@@ -91,13 +91,13 @@ def footing(
     whole = rig.steps // _PIECES * _PIECES
     way, speed, force = (values[:whole].reshape(_PIECES, -1).mean(1) for values in (depths, speeds, forces))
     strength = material.yield_stress / math.sqrt(2.0)
-    return Push(way, force / (strength * cells * _H * _H), speed, float(depths[-1]))
+    return FootingPush(way, force / (strength * cells * _H * _H), speed, float(depths[-1]))
 
 
 def pushed(
     record: CaseRecorder, label: str, cells: int, friction: float | None, *, depth: int | None = None,
     material: ClayMaterial | MudMaterial = _CLAY, place: float = 0.0,
-) -> Push:  # fmt: skip
+) -> FootingPush:  # fmt: skip
     """A `footing` that is drawn, and fails the case unless it went as deep and as fast as it was pushed."""
     found = footing(cells, friction, depth=depth, material=material, place=place)
     steady = found.speed[math.ceil(_RAMP * _PIECES) + 1 :]

@@ -15,7 +15,7 @@ from zoobench_verify.validate import (
     modes,
     mud,
     muscle_pulls,
-    objects,
+    object_contacts,
     statics,
     swimmers,
     swimming,
@@ -23,8 +23,8 @@ from zoobench_verify.validate import (
 )
 
 _ALL = cases_of(
-    conservation, waves, manufactured, statics, modes, muscle_pulls, hertz, elements, friction, objects, footings,
-    interface, granular, mud, fluids, swimming, swimmers, gradients,
+    conservation, waves, manufactured, statics, modes, muscle_pulls, hertz, elements, friction, object_contacts,
+    footings, interface, granular, mud, fluids, swimming, swimmers, gradients,
 )  # fmt: skip
 
 CASES = tuple(sorted(_ALL, key=lambda case: -case.precision if case.precision else -48))

@@ -1,4 +1,4 @@
-"""Checks of a world after every control frame: a state out of range has diverged, a robot in pieces has torn."""
+"""Checks of a world after every control frame: a state out of range has diverged, a body in pieces has torn."""
 
 import math
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from zoobench.arrays import Array
 from zoobench.sim.model.step_limits import LARGEST_COURANT, Condition
 
 TORN = "distance of neighbours by that at rest"
-"""The quantity of a finding that a robot is torn."""
+"""The quantity of a finding that a body is torn."""
 
 LARGEST_ESCAPE = 1.0
 """Cells that a particle may lie beyond a wall plane: the wall is first order, matter sinks in by part of a cell."""
@@ -62,8 +62,8 @@ def diagnose(condition: Condition, dt: float, grid_spacing: float) -> Finding | 
     return None
 
 
-def torn(growth: float, particle: int, stretch: float, cell: float) -> Finding | None:
-    """The finding that a robot is torn (numerical fracture): neighbours are too far apart, and it soon moves in pieces.
+def torn(growth: float, particle: int, stretch: float, cell: float, body: str = "robot") -> Finding | None:
+    """The finding that a body is torn (numerical fracture): neighbours are too far apart, and it soon moves in pieces.
 
     That is more than a cell, and twice their distance at rest, where some F is stretched as far: the grid resolves the
     gap. And more than two cells whatever F is: then at most the outermost nodes of their stencils are the same, and
@@ -73,17 +73,19 @@ def torn(growth: float, particle: int, stretch: float, cell: float) -> Finding |
         growth, particle: from `Neighbours`.
         stretch: largest principal stretch of any F.
         cell: edge of a cell by the distance of neighbours at rest [-].
+        body: its name; an object has no actuation that could be lowered.
     """
     cell = max(2.0, cell)
     limit = cell if stretch > cell else 2.0 * cell
     if growth <= limit:
         return None
-    advice = "The robot is torn: lower the actuation, or use more particles per cell."
+    remedy = "lower the actuation" if body == "robot" else "make it stiffer"
+    advice = f"The {body} is torn: {remedy}, or use more particles per cell."
     return Finding(TORN, growth, limit, 0, advice, particle)
 
 
 class Neighbours:
-    """Which particles of a robot are neighbours, and how far apart they come to be.
+    """Which particles of an elastic body are neighbours, and how far apart they come to be.
 
     A particle's F is no measure of that. The grid does not resolve differences between the particles of one cell: F may
     be stretched by 2 where the neighbours are 1.3 times as far away as at rest. And particles with a cell between them

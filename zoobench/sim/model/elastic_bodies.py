@@ -116,6 +116,32 @@ class SceneObject:
     ground_friction: float = 0.5
 
 
+_REACH, _MOST = 1.5, 24
+"""Distance within which neighbours are looked for, by the spacing of particles, and more of them than a lattice has."""
+
+_INSIDE = 0.4
+"""Distance from their mean, by the spacing, below which a particle has them on all sides. That of one on the surface is
+half of it at least, as the outermost particles lie half a spacing below."""
+
+
+def overlap(one: ElasticBody, other: ElasticBody) -> bool:
+    """Whether a particle of one body lies within the other; bodies that touch do not overlap."""
+    from scipy.spatial import cKDTree
+
+    near, there = (body.positions[body.occupancy > 0] for body in (one, other))
+    spacing = float(np.cbrt(other.volumes.max()))
+    low, high = there.min(axis=0) - spacing, there.max(axis=0) + spacing
+    near = near[((near > low) & (near < high)).all(axis=1)]
+    if not len(near):
+        return False
+    apart, which = cKDTree(there).query(near, k=_MOST, distance_upper_bound=_REACH * spacing)
+    found = np.isfinite(apart)
+    places = np.vstack([there, np.zeros(3)])[which] * found[:, :, None]
+    count = found.sum(axis=1)
+    from_mean = np.linalg.norm(near - places.sum(axis=1) / np.maximum(count, 1)[:, None], axis=1)
+    return bool(((count > 0) & (from_mean < _INSIDE * spacing)).any())
+
+
 def joined(bodies: Sequence[ElasticBody]) -> ElasticBody:
     """Elastic bodies one after the other as one, with the material and the muscles of the first."""
     first, muscles = bodies[0], bodies[0].muscle_count

@@ -7,13 +7,14 @@ import math
 from dataclasses import dataclass, fields
 from enum import StrEnum
 from functools import cached_property
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
 from zoobench.arrays import Array
 from zoobench.errors import SceneError
-from zoobench.sim.model.elastic_bodies import ElasticBody, SceneObject, joined
+from zoobench.sim.model.elastic_bodies import ElasticBody, SceneObject, joined, overlap
 from zoobench.sim.model.fidelity import Fidelity, Transfer
 from zoobench.sim.model.grid_water import GridWater
 from zoobench.sim.model.ground_skin import SKIN, GroundSkin
@@ -193,6 +194,12 @@ class Scene:
                 "Objects are possible on the ground and on or in a medium with a velocity field of its own; leave out "
                 "the water on a grid, or give the medium a friction."
             )
+        bodies = {"robot": self.robot, **{each.name: each.body for each in self.objects}}
+        for (one, first), (other, second) in combinations(bodies.items(), 2):
+            if overlap(first, second):
+                raise SceneError(
+                    f"The {other} begins within the {one}. Put it further away, or make it or the robot smaller."
+                )
 
     def _check_anchors(self) -> None:
         if any(body.anchor for body in self.elastic_bodies) and (self.water is not None or self.follows):
@@ -213,6 +220,8 @@ class Scene:
             raise SceneError(
                 "An arena cannot follow its robot over a terrain or in water of particles. Leave them out."
             )
+        if self.follows and self.objects:
+            raise SceneError("An arena cannot follow its robot away from objects. Leave out one of both.")
 
     def robot_edge(self, fidelity: Fidelity) -> float:
         """Edge of the cubes that the robot's particles stand for [m]."""
@@ -285,6 +294,12 @@ class Scene:
         The density ratios are by the robot's density. Muscles have no share of objects.
         """
         return self.robot if not self.objects else joined(self.elastic_bodies)
+
+    def owner_of(self, particle: int) -> str:
+        """The name of the body that has this one of all particles."""
+        names = ["robot", *(each.name for each in self.objects)]
+        ends = np.cumsum([each.particle_count for each in self.elastic_bodies])
+        return [*names, "medium"][int(np.searchsorted(ends, particle, side="right"))]
 
     def slice_of(self, name: str) -> slice:
         """Where a body's particles stand among all: `robot`, an object's name, or `medium`.

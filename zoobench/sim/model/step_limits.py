@@ -57,9 +57,9 @@ class Condition(NamedTuple):
         speed: largest of all particles [m/s].
         shear: largest Frobenius norm of C [1/s].
         beyond: largest distance of matter beyond a wall plane [cells].
-        smallest_j: smallest det F of the robot.
+        smallest_j: smallest det F of robot and objects.
         guarded: number of particles with J below its guard (`elastic.SMALLEST_J`).
-        stretch: upper bound of the robot's largest principal stretch.
+        stretch: upper bound of their largest principal stretch.
         robot_stiffness, medium_stiffness: largest kappa / rho0 [m^2/s^2], at the present actuation, stretch and
             hardening; 0 without such matter.
         robot_viscosity: largest eta / rho0 [m^2/s].
@@ -153,7 +153,7 @@ def step_limits(scene: Scene, fidelity: Fidelity, stiffness_max: float, density_
         lightest = min([density, *(_lowest_density(each.body) for each in scene.objects)])
         limits["ground"] = skin_limit(fidelity, scene.ground.skin.rate / lightest)
     for each in scene.objects:
-        limits[f"object {each.name}"] = _object_limit(each.body, fidelity)  # it may be called like other matter
+        limits[object_label(each.name)] = _object_limit(each.body, fidelity)
     if scene.medium is not None:
         medium = scene.medium.material
         limits[medium.name] = _medium_limit(medium, fidelity, medium.kappa / medium.density)
@@ -196,14 +196,17 @@ def choose_step(
     return found
 
 
-def step_now(scene: Scene, fidelity: Fidelity, frame_seconds: float, condition: Condition) -> StepLimit:
+def step_now(
+    scene: Scene, fidelity: Fidelity, frame_seconds: float, condition: Condition, stiffest: str = "robot"
+) -> StepLimit:
     """The step that a world in this condition can take through its next frame.
 
     `matter` is `speed` (half a cell in a substep), `impact` (the thickness of the ground's skin) or `velocity gradient`
     (dt |C| of a half) where these bounds are the tightest; dt_iso is then chosen so that `courant` times it keeps them.
+    `stiffest` names the stiffest of robot and objects.
     """
     h, courant = fidelity.grid_spacing, fidelity.courant
-    limits = {"robot": isolated_particle_limit(fidelity, condition.robot_stiffness, condition.robot_viscosity)}
+    limits = {stiffest: isolated_particle_limit(fidelity, condition.robot_stiffness, condition.robot_viscosity)}
     if condition.ground_stiffness > 0.0:
         limits["ground"] = skin_limit(fidelity, condition.ground_stiffness)
     if scene.medium is not None:
@@ -225,6 +228,11 @@ def step_now(scene: Scene, fidelity: Fidelity, frame_seconds: float, condition: 
 def whole_substeps(frame_seconds: float, dt: float) -> int:
     """Number of equal substeps of at most `dt` [s] in a frame, 1e9 at most; an exact divisor is not rounded up."""
     return max(1, math.ceil(frame_seconds / max(dt, 1e-9 * frame_seconds) - 1e-9))
+
+
+def object_label(name: str) -> str:
+    """An object by name beside other matter, which may be called alike."""
+    return name if name.startswith("object") else f"object {name}"
 
 
 def _object_limit(body: ElasticBody, fidelity: Fidelity) -> float:

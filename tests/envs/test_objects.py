@@ -1,0 +1,155 @@
+"""Objects about a robot: where they begin, how large, heavy and stiff they are, and what is refused."""
+
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.conformance.cells import cell
+from zoobench import registry
+from zoobench.arrays import Array
+from zoobench.cell.firm_ground import rest_frame_fault
+from zoobench.designs.base import Body
+from zoobench.envs.base import Environment
+from zoobench.envs.objects import PROPORTIONS, Objects
+from zoobench.errors import SceneError, UsageError
+from zoobench.registry import Kind
+from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.scene import Scene
+from zoobench.spec import Ref
+
+GRID = Fidelity(1 / 64)
+H = GRID.grid_spacing
+EDGE = GRID.particle_edge
+
+
+@pytest.fixture(scope="module")
+def block() -> Body:
+    """A robot with a flat back."""
+    body: Body = registry.create(Kind.DESIGN, Ref("block")).body(GRID)
+    return body
+
+
+def _scene(body: Body, seconds: float = 1.6, slope: float = 0.0, **given: Any) -> Scene:
+    params = [f"{name}={value}" for name, value in ({"object": "box", "slope": slope} | given).items()]
+    env: Environment = registry.create(Kind.ENV, Ref.parse(f"ground[{','.join(params)}]"))
+    return env.scene(body, GRID, seconds)
+
+
+def _bounds(scene: Scene, name: str = "object") -> tuple[Array, Array]:
+    """Corners of a body [m]."""
+    body = scene.robot if name == "robot" else next(each.body for each in scene.objects if each.name == name)
+    return body.positions.min(axis=0) - EDGE / 2, body.positions.max(axis=0) + EDGE / 2
+
+
+@pytest.mark.parametrize("kind", PROPORTIONS)
+def test_an_object_has_its_size_mass_and_stiffness(kind: str, block: Body) -> None:
+    """Whatever its shape: that of the largest particles' cubes, to a particle."""
+    scene = _scene(block, object=kind, object_size=0.2, object_mass=0.3, object_stiffness=4e4)
+    (thing,) = scene.objects
+    low, high = _bounds(scene)
+    np.testing.assert_allclose(high - low, 0.2 * np.array(PROPORTIONS[kind]), atol=EDGE)
+    assert thing.body.masses.sum() == pytest.approx(0.3, rel=1e-12)
+    assert thing.body.material.youngs_modulus == 4e4
+    assert low[1] == pytest.approx(0.0, abs=scene.ground.skin.thickness if scene.ground else 0.0)
+
+
+@pytest.mark.parametrize(
+    ("place", "axis", "sign"), [("ahead", 0, 1), ("behind", 0, -1), ("right", 2, 1), ("left", 2, -1)]
+)
+def test_an_object_is_as_far_away_as_is_said(place: str, axis: int, sign: int, block: Body) -> None:
+    """Between the surfaces, along x or z; shifted across, and not otherwise."""
+    for shift in (0.0, 0.05):
+        scene = _scene(block, object_place=place, object_gap=0.04, object_shift=shift)
+        robot, thing = _bounds(scene, "robot"), _bounds(scene)
+        near, far = (1, 0) if sign > 0 else (0, 1)
+        assert sign * (thing[far][axis] - robot[near][axis]) == pytest.approx(0.04, abs=1e-9)
+        across = 2 - axis
+        middle = [(each[0] + each[1])[across] / 2 for each in (robot, thing)]
+        assert middle[1] - middle[0] == pytest.approx(shift, abs=1e-9)
+
+
+def test_left_and_right_are_mirrored(block: Body) -> None:
+    """To rounding: the robot's middle plane is that of the arena."""
+    left, right = (_scene(block, object="ball", object_place=side) for side in ("left", "right"))
+    width = right.lower[2] + right.upper[2]
+    mirrored = left.objects[0].body.positions * [1.0, 1.0, -1.0] + [0.0, 0.0, width]
+    order = [np.lexsort(np.round(each, 9).T) for each in (mirrored, right.objects[0].body.positions)]
+    np.testing.assert_allclose(mirrored[order[0]], right.objects[0].body.positions[order[1]], atol=1e-12)
+
+
+def test_several_stand_in_a_row_or_on_each_other(block: Body) -> None:
+    """With the gap between two of them, and a quarter of a cell upwards, in an arena that has room for all."""
+    row = _scene(block, seconds=0.1, object_count=3, object_gap=0.03)
+    names = ["object", *(f"object-{number}" for number in range(1, 3))]
+    assert [each.name for each in row.objects] == names
+    for near, far in pairwise(names):
+        assert _bounds(row, far)[0][0] - _bounds(row, near)[1][0] == pytest.approx(0.03, abs=1e-9)
+    tower = _scene(block, object_place="back", object_count=2)
+    for below, above in (("robot", "object"), ("object", "object-1")):
+        assert _bounds(tower, above)[0][1] - _bounds(tower, below)[1][1] == pytest.approx(0.25 * H, abs=0.01 * H)
+
+
+def test_an_object_lies_on_a_slope(block: Body) -> None:
+    """No particle is below the ground, and one is within its skin."""
+    scene = _scene(block, slope=10.0)
+    assert scene.ground is not None
+    heights = scene.heights_above_ground(scene.objects[0].body.positions) - EDGE / 2
+    assert -EDGE / 2 < heights.min() < scene.ground.skin.thickness
+
+
+def test_an_arena_with_objects_does_not_follow_its_robot(block: Body) -> None:
+    """It stays where they are, and is as before without any."""
+    assert not _scene(block).follows
+    assert _scene(block, object="none").follows
+    assert not _scene(block, object="none").objects
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({"object_size": 0.0}, "object_size of 0"),
+        ({"object_size": 1e9}, "holds 2"),
+        ({"object_size": 0.45}, "does not fit into the arena"),
+        ({"object": "sheet"}, "0.8 cells of 0.01562 m; 2 are needed"),
+        ({"object_place": "back", "object_shift": 1.0}, "No part of the robot is below"),
+        ({"object_place": "back", "object_gap": 0.0}, "without an object_gap"),
+        ({"object_place": "back", "object_count": 3, "object_size": 0.16}, "does not fit into the arena"),
+        ({"object_mass": 1e6}, "sinks into the ground"),
+        ({"object_mass": -1.0}, "object_mass of -1"),
+        ({"object_friction": -0.1}, "object_friction of -0.1"),
+        ({"object_gap": -0.1}, "object_gap of -0.1 m"),
+        ({"object_count": 0}, "Give 1 to 3"),
+        ({"object_count": 4}, "Give 1 to 3"),
+        ({"object": "cube"}, "not offered"),
+    ],
+)
+def test_impossible_objects_are_refused(given: dict[str, Any], told: str, block: Body) -> None:
+    """With what was given and a remedy, and never in the robot's name."""
+    with pytest.raises(UsageError, match=told) as caught:
+        _scene(block, **given)
+    assert "the robot lie outside" not in str(caught.value)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+@pytest.mark.parametrize("name", ["object_size", "object_mass", "object_gap", "object_shift", "object_friction"])
+def test_no_number_may_be_infinite(name: str, value: float) -> None:
+    """Also from Python, where no text is parsed."""
+    with pytest.raises(UsageError, match="is not possible"):
+        Objects(object="box", **{name: value})
+
+
+def test_a_robot_in_its_rest_frame_meets_no_objects() -> None:
+    """The plan says so, before anything is simulated."""
+    spec = cell(environment="ground[object=box]", fidelity="smoke[robot=lagrangian]")
+    assert "an object" in rest_frame_fault(spec)
+    assert not rest_frame_fault(cell(fidelity="smoke[robot=lagrangian]"))
+
+
+def test_an_object_within_the_robot_is_refused(block: Body) -> None:
+    """A scene's own check, with the name that the environment gave."""
+    scene = _scene(block)
+    with pytest.raises(SceneError, match="The object begins within the robot"):
+        replace(scene, robot=scene.objects[0].body)
