@@ -10,7 +10,7 @@ from zoobench import registry
 from zoobench.registry import Kind
 from zoobench.spec import Ref
 from zoobench.tasks.base import Motion
-from zoobench.tasks.shape import Shape
+from zoobench.tasks.shape import ShapeTask
 
 BOX = lattice(spacing=0.0025)
 STRETCH = torch.diag(torch.tensor([1.2, 0.8, 1.1], dtype=torch.float64))
@@ -62,7 +62,7 @@ def test_a_swaying_body_is_not_higher() -> None:
 def test_the_shape_scores_the_fall_of_the_distance() -> None:
     """A box that has taken on the proportions scores the error at the start, one that goes the other way below 0."""
     wanted = math.hypot(0.2 * 0.1, 0.2 * 0.05, 0.1 * 0.04)
-    task = Shape(length=1.2, height=0.8, width=1.1)
+    task = ShapeTask(length=1.2, height=0.8, width=1.1)
     assert float(task.score(mapped(BOX, [STRETCH]))) == pytest.approx(wanted, rel=0.01)
     assert float(task.score(mapped(BOX, [STRETCH.inverse()]))) < 0.0
     metrics = task.metrics(mapped(BOX, [STRETCH]))

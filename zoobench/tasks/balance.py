@@ -17,7 +17,7 @@ _LEAST_COSINE = 1e-6  # of a body that stands upright exactly, whose elevation h
 
 @register(Kind.TASK, "balance", tags=("acrobatics",))
 @dataclass(frozen=True, kw_only=True)
-class Balance(Task):
+class BalanceTask(Task):
     """Raise the head above the tail, and stay up.
 
     The score is the elevation of the direction ahead above the horizontal, averaged over the frames [rad]: pi / 2 for

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @register(Kind.TASK, "shape", tags=("shape",))
 @dataclass(frozen=True, kw_only=True)
-class Shape(Task):
+class ShapeTask(Task):
     """Take on given proportions, and keep them.
 
     The error is the distance of the body's extents along x, y and z from the wanted ones, as that of two points [m].

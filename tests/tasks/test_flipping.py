@@ -8,7 +8,7 @@ import torch
 
 from tests.tasks.motions import SECONDS, lattice, mapped, pitch, roll, yaw
 from zoobench.tasks.base import Motion
-from zoobench.tasks.flip import Flip
+from zoobench.tasks.flipping import Flip
 
 BOX = lattice(spacing=0.01)
 STEP = 0.05

@@ -1,0 +1,58 @@
+"""Obstacles of firm ground."""
+
+import numpy as np
+import pytest
+
+from zoobench import registry
+from zoobench.envs.base import Environment
+from zoobench.envs.obstacles import OBSTACLE
+from zoobench.errors import SceneError, UsageError
+from zoobench.registry import Kind
+from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.scene import Scene
+from zoobench.spec import Ref
+
+GRID = Fidelity(1 / 64)
+
+
+def _scene(env: str) -> Scene:
+    made: Environment = registry.create(Kind.ENV, Ref.parse(env))
+    return made.scene(registry.create(Kind.DESIGN, Ref("caterpillar")).body(GRID), GRID)
+
+
+@pytest.mark.parametrize("kind", ["ceiling", "slot", "hurdle", "post", "shaft"])
+def test_an_obstacle_stands_where_it_is_asked_for_and_is_held(kind: str) -> None:
+    """Before the robot at the distance asked for, a shaft at its sides; all of it is held."""
+    scene = _scene(f"ground[obstacle={kind},obstacle_distance=0.04]")
+    (thing,) = scene.objects
+    assert thing.name == OBSTACLE
+    assert thing.body.anchor is not None
+    robot, places, edge = scene.robot.positions, thing.body.positions, GRID.particle_edge
+    axis = 2 if kind == "shaft" else 0
+    gap = places[places[:, axis] > robot[:, axis].max(), axis].min() - robot[:, axis].max()
+    assert gap == pytest.approx(0.04 + edge, abs=edge)
+
+
+def test_the_opening_is_as_wide_as_asked_for() -> None:
+    """No matter is in the opening of a slot, or below a ceiling; there is some beyond both edges."""
+    for kind, axis in (("slot", 2), ("ceiling", 1)):
+        scene = _scene(f"ground[obstacle={kind},obstacle_opening=0.06]")
+        places = scene.objects[0].body.positions
+        middle = np.ptp(scene.robot.positions[:, 2]) / 2 + scene.robot.positions[:, 2].min()
+        away = np.abs(places[:, 2] - middle) - 0.03 if kind == "slot" else places[:, 1] - 0.06
+        assert 0.0 < away.min() < GRID.particle_edge, axis
+
+
+@pytest.mark.parametrize(
+    ("params", "fault", "told"),
+    [
+        ("obstacle=post,obstacle_opening=0", UsageError, "obstacle_opening of 0"),
+        ("obstacle=post,obstacle_friction=-1", UsageError, "obstacle_friction of -1"),
+        ("obstacle=post,obstacle_opening=0.001", SceneError, "thinner than a cell"),
+        ("obstacle=slot,relief=0.02", SceneError, "level ground"),
+    ],
+)
+def test_impossible_obstacles_are_refused(params: str, fault: type[Exception], told: str) -> None:
+    """The error names the parameter or the reason."""
+    with pytest.raises(fault, match=told):
+        _scene(f"ground[{params}]")

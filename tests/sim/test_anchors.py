@@ -1,0 +1,64 @@
+"""Bodies that are held: a beam at its end, and an obstacle on which another comes to rest."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from zoobench.errors import SceneError
+from zoobench.sim.model.elastic_bodies import ElasticBody, SceneObject
+from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.lattice import fill_box
+from zoobench.sim.model.laws.elastic import ElasticMaterial
+from zoobench.sim.model.scene import Scene
+from zoobench.sim.solver import Solver
+
+H = 0.01
+GRID = Fidelity(H, precision=64)
+EVERYWHERE = ((-9.0, -9.0, -9.0), (9.0, 9.0, 9.0))
+
+
+def _box(low: tuple[float, float, float], high: tuple[float, float, float], **given: float) -> ElasticBody:
+    material = ElasticMaterial(**{"youngs_modulus": 2e5, "poissons_ratio": 0.0, "density": 500.0, **given})
+    positions = fill_box(np.array(low), np.array(high), H, 8)
+    return ElasticBody.passive(material, positions, np.full(len(positions), (H / 2) ** 3))
+
+
+def test_a_beam_held_at_its_end_bends_as_timoshenko_says() -> None:
+    """By q l^4 / 8 EI + q l^2 / 2 k G A to a tenth with four cells through its depth; the held part stays."""
+    depth, length, clamp, gravity = 0.04, 0.2, 0.18, 0.3
+    beam = _box((0.1, 0.2, 0.1), (clamp + length, 0.2 + depth, 0.1 + depth), viscosity=20.0)
+    beam = replace(beam, anchor=((0.0, 0.0, 0.0), (clamp, 1.0, 1.0)))
+    solver = Solver(Scene(beam, (0.0, 0.0, 0.0), (0.46, 0.4, 0.24), gravity=(0.0, -gravity, 0.0)), GRID)
+    solver.start_at(solver.equilibrate(150))
+    solver.reset()
+    moved = solver.positions(0) - beam.positions
+    tip, held = beam.positions[:, 0] > clamp + length - H / 2, beam.positions[:, 0] < clamp - H
+    reach, load = length - H / 4, 500.0 * gravity * depth**2
+    bending, shear = load * reach**4 / (8 * 2e5 * depth**4 / 12), load * reach**2 / (2 * 5 / 6 * 1e5 * depth**2)
+    assert -moved[tip, 1].mean() / (bending + shear) == pytest.approx(1.0, abs=0.1)
+    assert np.abs(moved[held]).max() < 1e-3 * bending
+
+
+def test_what_lies_on_an_obstacle_stays_there_and_so_does_the_obstacle() -> None:
+    """A block on a held table sinks by less than a third of a cell, slower and slower; the table does not move."""
+    table = replace(_box((0.05, 0.04, 0.05), (0.15, 0.06, 0.15), density=1e6), anchor=EVERYWHERE)
+    block = _box((0.08, 0.0625, 0.08), (0.12, 0.1025, 0.12), viscosity=5.0)
+    scene = Scene(block, (0.0, 0.0, 0.0), (0.2, 0.2, 0.2), objects=(SceneObject("table", table),))
+    solver = Solver(scene, GRID)
+    solver.start_at(solver.equilibrate(60))
+    solver.reset()
+    heights = []
+    for _ in range(3):
+        heights.append(solver.positions(0)[: block.particle_count, 1].mean())
+        solver.substeps(round(0.05 / solver.dt))
+    assert abs(heights[0] - block.positions[:, 1].mean()) < H / 3
+    assert abs(heights[2] - heights[1]) < 1e-5
+    assert np.abs(solver.positions(0)[scene.slice_of("table")] - table.positions).max() < 1e-12
+
+
+def test_an_arena_that_follows_cannot_hold_a_body() -> None:
+    """The anchor would be left behind."""
+    beam = replace(_box((0.08, 0.08, 0.08), (0.12, 0.12, 0.12)), anchor=EVERYWHERE)
+    with pytest.raises(SceneError, match="anchored in an arena that stays"):
+        Scene(beam, (0.0, 0.0, 0.0), (0.2, 0.2, 0.2), follows=True)
