@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from zoobench.errors import SceneError
+from zoobench.errors import SceneError, UsageError
 from zoobench.sim.model.elastic_bodies import ElasticBody, SceneObject
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.lattice import fill_box
@@ -55,6 +55,13 @@ def test_what_lies_on_an_obstacle_stays_there_and_so_does_the_obstacle() -> None
     assert abs(heights[0] - block.positions[:, 1].mean()) < H / 3
     assert abs(heights[2] - heights[1]) < 1e-5
     assert np.abs(solver.positions(0)[scene.slice_of("table")] - table.positions).max() < 1e-12
+
+
+def test_a_robot_in_its_rest_frame_cannot_be_held() -> None:
+    """It would fall: its nodes are its own."""
+    beam = replace(_box((0.08, 0.08, 0.08), (0.12, 0.12, 0.12)), anchor=EVERYWHERE)
+    with pytest.raises(UsageError, match="cannot be held"):
+        Solver(Scene(beam, (0.0, 0.0, 0.0), (0.2, 0.2, 0.2)), replace(GRID, robot="lagrangian"))
 
 
 def test_an_arena_that_follows_cannot_hold_a_body() -> None:

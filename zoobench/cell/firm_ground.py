@@ -13,11 +13,11 @@ def rest_frame_fault(spec: RunSpec) -> str:
     if spec.fidelity.kwargs.get("robot") != "lagrangian":
         return ""
     env = registry.create(Kind.ENV, spec.env)
-    if env.bed is None and env.water is None and not env.objects:
+    if env.bed is None and env.water is None and not env.objects and not env.obstacles:
         return ""
     return (
         f"A robot in its rest frame (robot=lagrangian) moves on firm ground alone, and {spec.env.name!r} has a bed, "
-        "water or an object. Choose an environment without, or robot=mpm."
+        "water, an object or an obstacle. Choose an environment without, or robot=mpm."
     )
 
 

@@ -27,7 +27,8 @@ def gaps_of(motion: Motion, scene: Scene, offsets: Array, grid_spacing: float) -
         grid_spacing: length of a cell [m].
     """
     places, present = motion.positions[:, 0].detach().numpy(), motion.existing[0].detach().numpy() > SOLID
-    for each in (motion.objects[thing.name] for thing in scene.objects if thing.body.anchor is None):
+    held = {thing.name for thing in scene.objects if thing.body.anchor is not None}
+    for each in (each for name, each in motion.objects.items() if name not in held):
         places = np.concatenate([places, each.positions[:, 0].detach().numpy()], axis=1)
         present = np.concatenate([present, np.ones(len(each.masses), bool)])
     return wall_gaps(places, present, scene.lower + offsets, scene.upper + offsets, grid_spacing)

@@ -32,6 +32,10 @@ class RestFrameLauncher(Launcher):
                 "A robot in its rest frame (robot=lagrangian) moves on firm ground alone. Choose an environment "
                 "without a bed, water or objects, or robot=mpm."
             )
+        if scene.robot.anchor is not None:
+            raise UsageError(
+                "A robot in its rest frame (robot=lagrangian) cannot be held. Choose another design, or robot=mpm."
+            )
         if parallel:
             raise UsageError(
                 "A robot in its rest frame (robot=lagrangian) is simulated on one thread. Leave parallel out."
