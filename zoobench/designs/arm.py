@@ -76,6 +76,4 @@ class Arm:
         )
 
     def _inside(self, points: Array) -> Mask:
-        half, top = self.thickness / 2, self.clearance + self.length + BASE
-        low, high = np.array([-half, self.clearance, -half]), np.array([half, top, half])
-        return np.asarray(((points > low) & (points < high)).all(axis=1))
+        return np.asarray(((points > self.shape.lower) & (points < self.shape.upper)).all(axis=1))

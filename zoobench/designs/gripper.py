@@ -124,8 +124,6 @@ class Gripper:
     def _inside(self, points: Array) -> Mask:
         out, aside = self._along(points)
         within = (out > self.opening / 2) & (out < self._reach) & (np.abs(aside) < self.thickness / 2)
-        base = (
-            (np.abs(points[:, 0]) < self._reach) & (np.abs(points[:, 2]) < self._side) & (points[:, 1] >= self._ceiling)
-        )
-        tall = (points[:, 1] > self.clearance) & (points[:, 1] < self._ceiling + BASE)
-        return np.asarray(tall & (base | ((points[:, 1] < self._ceiling) & within.any(axis=1))))
+        x, y, z = np.abs(points[:, 0]), points[:, 1], np.abs(points[:, 2])
+        base = (x < self._reach) & (z < self._side) & (y >= self._ceiling) & (y < self._ceiling + BASE)
+        return np.asarray(base | (within.any(axis=1) & (y > self.clearance) & (y < self._ceiling)))

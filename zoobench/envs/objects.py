@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from zoobench.arrays import Array, Mask
-from zoobench.designs.sampling import Shape
+from zoobench.designs.sampling import Shape, SolidSample
 from zoobench.errors import SceneError, UsageError
 from zoobench.sim.model.elastic_bodies import ElasticBody, SceneObject
 from zoobench.sim.model.fidelity import Fidelity
@@ -133,11 +133,7 @@ class Objects:
             poissons_ratio=0.3,
             density=self.object_mass / volume,
         )
-        rest = replace(
-            ElasticBody.passive(material, sample.positions, sample.volumes),
-            edge=edge,
-            site_offsets=sample.sites - sample.positions,
-        )
+        rest = passive_solid(material, sample)
         bodies: list[ElasticBody] = []
         for place in self._places(scene.robot, edge):
             moved = replace(rest, positions=rest.positions + place)
@@ -179,6 +175,12 @@ class Objects:
 
 
 NO_OBJECTS = Objects()
+
+
+def passive_solid(material: ElasticMaterial, sample: SolidSample) -> ElasticBody:
+    """A body without muscles of a solid's particles, which stand for the cubes of its lattice."""
+    body = ElasticBody.passive(material, sample.positions, sample.volumes)
+    return replace(body, edge=sample.edge, site_offsets=sample.sites - sample.positions)
 
 
 def _stood(scene: Scene, body: ElasticBody, edge: float) -> ElasticBody:

@@ -12,8 +12,9 @@ import numpy as np
 
 from zoobench.arrays import Array, Mask
 from zoobench.designs.sampling import Shape
+from zoobench.envs.objects import passive_solid
 from zoobench.errors import SceneError, UsageError
-from zoobench.sim.model.elastic_bodies import ElasticBody, SceneObject
+from zoobench.sim.model.elastic_bodies import SceneObject
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.scene import Scene
@@ -36,7 +37,6 @@ _ASIDE = 0.1
 
 _HIGH = 0.12
 """[m] Of walls beside a slot, and of a post."""
-
 
 _EVERYWHERE = ((-1e3, -1e3, -1e3), (1e3, 1e3, 1e3))
 """Corners of a box that holds all nodes [m]."""
@@ -90,12 +90,7 @@ class Obstacles:
             )
         first, last = corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)
         sample = Shape(_within(corners), tuple(first), tuple(last)).sample(fidelity)
-        body = replace(
-            ElasticBody.passive(_HEAVY, sample.positions, sample.volumes),
-            edge=edge,
-            site_offsets=sample.sites - sample.positions,
-            anchor=_EVERYWHERE,
-        )
+        body = replace(passive_solid(_HEAVY, sample), anchor=_EVERYWHERE)
         thing = SceneObject(OBSTACLE, body, self.obstacle_friction, 0.0)
         return replace(scene, objects=(*scene.objects, thing))
 

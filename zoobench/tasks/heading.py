@@ -1,14 +1,16 @@
 """The heading of a deforming robot (SoftZoo's paper, A.3): its heading at rest, rotated with its head and tail."""
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from zoobench.arrays import Array
-from zoobench.tasks.base import Motion
+from zoobench.tasks.base import Motion, constant
 from zoobench.tasks.products import matmul, symmetric_eigen
 
 if TYPE_CHECKING:
+    import torch
     from torch import Tensor
 
 
@@ -40,6 +42,12 @@ def heading(motion: Motion, first: int = 0) -> "Tensor":
     moments = torch.stack([(now * rest[:, axis, None]).sum(dim=2) for axis in range(3)], dim=-1)
     turned = (rotation(moments) * motion.of_bodies("rest_heading", lambda: _rest_heading(motion))).sum(dim=-1)
     return torch.where((total > 0)[:, None], turned, torch.nan)
+
+
+def direction(degrees: float, dtype: "torch.dtype") -> "Tensor":
+    """The horizontal unit vector `[3]` at an angle from x, counter-clockwise seen from above [degrees]."""
+    angle = math.radians(degrees)
+    return constant((math.cos(angle), 0.0, -math.sin(angle)), dtype)
 
 
 def heading_error(motion: Motion, directions: "Tensor") -> "Tensor":

@@ -1,13 +1,12 @@
 """Movement speed (SoftZoo's paper, A.1): as fast as possible along one direction."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from zoobench.registry import Kind, register
-from zoobench.tasks.base import Motion, ObservedPart, Situation, Task, constant
-from zoobench.tasks.heading import heading_error
+from zoobench.tasks.base import Motion, ObservedPart, Situation, Task
+from zoobench.tasks.heading import direction, heading_error
 from zoobench.tasks.readings import common_readings
 
 if TYPE_CHECKING:
@@ -52,5 +51,4 @@ class MovementSpeed(Task):
 
     def _target(self, like: "Tensor") -> "Tensor":
         """The unit vector `[3]`, in the precision of another tensor."""
-        angle = math.radians(self.heading)
-        return constant((math.cos(angle), 0.0, -math.sin(angle)), like.dtype)
+        return direction(self.heading, like.dtype)

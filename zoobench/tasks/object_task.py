@@ -1,10 +1,10 @@
 """The base of tasks with an object: what they observe and report."""
 
-import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, ClassVar
 
-from zoobench.tasks.base import Motion, ObservedPart, Situation, Task, constant
+from zoobench.tasks.base import Motion, ObservedPart, Situation, Task
+from zoobench.tasks.heading import direction
 from zoobench.tasks.object_readings import OBJECT_PARTS, object_readings, object_seen
 
 if TYPE_CHECKING:
@@ -36,6 +36,5 @@ def along(way: "Tensor", heading: float) -> "Tensor":
     Args:
         heading: counter-clockwise seen from above, 0 ahead of the robot at rest [degrees].
     """
-    angle = math.radians(heading)
-    component: Tensor = (way * constant((math.cos(angle), 0.0, -math.sin(angle)), way.dtype)).sum(dim=-1)
+    component: Tensor = (way * direction(heading, way.dtype)).sum(dim=-1)
     return component

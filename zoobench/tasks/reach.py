@@ -30,7 +30,7 @@ class Reach(Task):
     z: float = 0.0
     unit: ClassVar[str] = "m"
     observed_parts: ClassVar[Mapping[str, ObservedPart]] = {
-        "target_position": ObservedPart("body lengths", "from where the robot began: ahead, right, and up"),
+        "target_position": ObservedPart("body lengths", "from the centre of mass, were it the head: ahead, right, up"),
     }
 
     def observed(self, situation: Situation) -> Mapping[str, "Tensor"]:

@@ -17,3 +17,13 @@ def is_held(c: ti.template(), k: ti.template(), index: ti.template()):
         for d in ti.static(range(3)):
             held = held and c.scene.anchor[first + d] <= index[d] and index[d] <= c.scene.anchor[first + 3 + d]
     return held
+
+
+@ti.func
+def unless_held(c: ti.template(), k: ti.template(), index: ti.template(), v):
+    """A velocity of layer k at a node, or the adjoint of one: zero where that is held."""
+    found = v
+    if ti.static(c.variant.is_anchored(k)):
+        if is_held(c, k, index):
+            found = 0.0 * v
+    return found

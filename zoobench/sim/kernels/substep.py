@@ -8,7 +8,7 @@ velocity with gravity and contact, gather, move, deform.
 
 import taichi as ti
 
-from zoobench.sim.kernels.anchors import is_held
+from zoobench.sim.kernels.anchors import unless_held
 from zoobench.sim.kernels.boundary import behind_wall, wall_pressure
 from zoobench.sim.kernels.columns import (
     add,
@@ -188,10 +188,7 @@ def update_node(c: ti.template(), m, node, index: ti.template()):
         push = 0.0 * free
         if ti.static(c.variant.skin):
             push = ti.Vector([r * c.grid[PUSH, m][0], r * c.grid[PUSH, m][1], r * c.grid[PUSH, m][2]])
-        v = ground_contact(c, 0, free, (push, push), index, c.scene.friction)
-        if ti.static(c.variant.is_anchored(0)):
-            if is_held(c, 0, index):
-                v = 0.0 * v
+        v = unless_held(c, 0, index, ground_contact(c, 0, free, (push, push), index, c.scene.friction))
         after = ti.Vector([v[0], v[1], v[2], q[3]])
     c.grid[VELOCITY, node] = after
 

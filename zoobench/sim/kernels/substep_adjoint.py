@@ -5,6 +5,7 @@
 
 import taichi as ti
 
+from zoobench.sim.kernels.anchors import unless_held
 from zoobench.sim.kernels.boundary import behind_wall, contact_adjoint, wall_pressure_adjoint
 from zoobench.sim.kernels.columns import (
     add,
@@ -62,7 +63,6 @@ from zoobench.sim.kernels.transfer import (
     motion_adjoint,
 )
 from zoobench.sim.kernels.velocity_fields import (
-    free_adjoint,
     free_velocity,
     update_fields_adjoint,
     velocities_before_ground,
@@ -223,7 +223,7 @@ def update_node_adjoint(c: ti.template(), m, node, index: ti.template()):
         free = ti.Vector([q[0] * r, q[1] * r, q[2] * r])
         fallen = ti.Vector([free[0] + c.dt * c.scene.g_x, free[1] + c.dt * c.scene.g_y, free[2] + c.dt * c.scene.g_z])
         row = c.grid_adjoint[MOMENTUM, node]
-        stored = free_adjoint(c, 0, index, row)
+        stored = unless_held(c, 0, index, row)
         rubbed, pushed = fallen, 0.0 * fallen
         if ti.static(c.variant.skin):
             pushed = ti.Vector([r * c.grid[PUSH, m][0], r * c.grid[PUSH, m][1], r * c.grid[PUSH, m][2]])

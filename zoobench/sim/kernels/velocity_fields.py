@@ -12,7 +12,7 @@ from typing import Any
 
 import taichi as ti
 
-from zoobench.sim.kernels.anchors import is_held
+from zoobench.sim.kernels.anchors import unless_held
 from zoobench.sim.kernels.boundary import contact, contact_adjoint
 from zoobench.sim.kernels.contact_normal import (
     FLAT,
@@ -127,16 +127,6 @@ def free_velocity(c: ti.template(), q):
 
 
 @ti.func
-def velocity_before_contact(c: ti.template(), k: ti.template(), m, index: ti.template()):
-    """Velocity of layer k at a node after gravity, of a node that is held zero."""
-    v = free_velocity(c, c.grid[MOMENTUM, m + k * c.nodes.size])
-    if ti.static(c.variant.is_anchored(k)):
-        if is_held(c, k, index):
-            v = 0.0 * v
-    return v
-
-
-@ti.func
 def friction_between(c: ti.template(), pair: ti.template()):
     """Coulomb coefficient of a pair of layers."""
     friction = c.scene.interface_friction
@@ -220,7 +210,10 @@ def keep(kept: list[Any], found: Any) -> None:
 @ti.func
 def velocities_before_ground(c: ti.template(), m, index: ti.template()):
     """Velocities of all layers at a node after gravity and their contacts, and what each contact found."""
-    velocities = [velocity_before_contact(c, k, m, index) for k in ti.static(range(c.variant.layers))]
+    velocities = [
+        unless_held(c, k, index, free_velocity(c, c.grid[MOMENTUM, m + k * c.nodes.size]))
+        for k in ti.static(range(c.variant.layers))
+    ]
     contacts = []  # type: ignore[var-annotated]  # kernels have no annotations of variables
     for pair in ti.static(range(len(c.variant.pairs))):
         a, b = ti.static(c.variant.pairs[pair])
@@ -323,10 +316,7 @@ def update_fields(c: ti.template(), m, node, index: ti.template()):
         if mass > 0.0:
             push, slide = pushed(c, k, m + k * c.nodes.size, mass)
             friction, _limited = ground_friction(c, k, velocities[k], index)
-            v = ground_contact(c, k, velocities[k], (push, slide), index, friction)
-            if ti.static(c.variant.is_anchored(k)):
-                if is_held(c, k, index):
-                    v = 0.0 * v
+            v = unless_held(c, k, index, ground_contact(c, k, velocities[k], (push, slide), index, friction))
             after = ti.Vector([v[0], v[1], v[2], mass])
         c.grid[VELOCITY, node + k * c.nodes.size] = after
 
@@ -341,7 +331,7 @@ def update_fields_adjoint(c: ti.template(), m, node, index: ti.template()):
     velocities, contacts = velocities_before_ground(c, m, index)
     rows = [c.grid[MOMENTUM, m + k * c.nodes.size] for k in ti.static(range(count))]
     stored = [c.grid_adjoint[MOMENTUM, node + k * c.nodes.size] for k in ti.static(range(count))]
-    by_velocity = [free_adjoint(c, k, index, stored[k]) for k in ti.static(range(count))]
+    by_velocity = [unless_held(c, k, index, stored[k]) for k in ti.static(range(count))]
     adjoints = [0.0 * velocities[0] for _ in ti.static(range(count))]
     masses = [0.0 * c.dt for _ in ti.static(range(count))]
     for k in ti.static(range(count)):
@@ -376,18 +366,8 @@ def update_fields_adjoint(c: ti.template(), m, node, index: ti.template()):
         masses[a] += found.q_mass
         masses[b] += found.o_mass
     for k in ti.static(range(count)):
-        change = momentum_adjoint(rows[k], free_adjoint(c, k, index, adjoints[k]), masses[k], stored[k])
+        change = momentum_adjoint(rows[k], unless_held(c, k, index, adjoints[k]), masses[k], stored[k])
         c.grid_adjoint[MOMENTUM, node + k * c.nodes.size] += change
-
-
-@ti.func
-def free_adjoint(c: ti.template(), k: ti.template(), index: ti.template(), adjoint):
-    """The adjoint of a velocity of layer k at a node; zero where that is held, whatever would move it."""
-    found = adjoint
-    if ti.static(c.variant.is_anchored(k)):
-        if is_held(c, k, index):
-            found = 0.0 * adjoint
-    return found
 
 
 @ti.func
