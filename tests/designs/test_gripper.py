@@ -3,9 +3,13 @@
 import numpy as np
 import pytest
 
+from zoobench.arrays import Array
+from zoobench.cell.problem import Problem
 from zoobench.designs.gripper import Gripper
 from zoobench.errors import UsageError
 from zoobench.sim.model.fidelity import Fidelity
+from zoobench.spec import FRAME_SECONDS
+from zoobench.testing import small_cell
 
 
 @pytest.mark.parametrize("fingers", [2, 3, 4])
@@ -21,7 +25,47 @@ def test_its_fingers_leave_the_opening_free(fingers: int) -> None:
     np.testing.assert_allclose(volumes.sum(axis=1), volumes.sum() / fingers, rtol=0.05)
 
 
-@pytest.mark.parametrize("given", [{"fingers": 5}, {"opening": 0.0}, {"fingers": 4, "opening": 0.02}])
+def _with_ball(task: str, frames: int) -> tuple[Problem, Array]:
+    """Two fingers about a ball on a base that moves, and an activity by which it moves ahead and up."""
+    problem = Problem(
+        small_cell(
+            environment="ground[object=ball,object_place=below,object_size=0.05]",
+            task=task,
+            design="gripper[base_speed=0.2,opening=0.055]",
+            fidelity="draft[precision=64]",
+            frames=frames,
+        )
+    )
+    parameters = np.zeros(problem.parameter_count)
+    parameters[-3:] = 1.0, 0.5, 0.0
+    return problem, parameters
+
+
+def test_a_base_moves_as_its_channels_say() -> None:
+    """Whatever its fingers push against: speed times activity, in every frame."""
+    problem, parameters = _with_ball("lift", 10)
+    seen: list[Array] = []
+    problem.episode(parameters, watch=lambda positions, *_: seen.append(np.array(positions).reshape(-1, 3)))
+    held = np.flatnonzero(problem.body.anchored)
+    moved = (seen[-1] - seen[0])[held]
+    expected = 0.2 * np.tanh([1.0, 0.5, 0.0]) * 10 * FRAME_SECONDS
+    np.testing.assert_allclose(moved, np.broadcast_to(expected, moved.shape), atol=1e-12)
+
+
+def test_the_gradient_by_the_channels_of_a_base_is_that_of_differences() -> None:
+    """Of a ball that it pushes along."""
+    problem, parameters = _with_ball("push", 16)
+    _, gradient = problem.loss_and_grad(parameters)
+    for place, width in ((-3, 1e-5), (-2, 1e-4)):
+        step = np.zeros(len(parameters))
+        step[place] = width
+        ahead, behind = (problem.evaluate(parameters + sign * step).score for sign in (1.0, -1.0))
+        assert -gradient[place] == pytest.approx((ahead - behind) / (2.0 * width), rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    "given", [{"fingers": 5}, {"opening": 0.0}, {"fingers": 4, "opening": 0.02}, {"base_speed": -0.1}]
+)
 def test_impossible_grippers_are_refused(given: dict[str, float]) -> None:
     """Before any body is made."""
     with pytest.raises(UsageError):

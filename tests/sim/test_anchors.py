@@ -1,12 +1,13 @@
 """Bodies that are held: a beam at its end, and an obstacle on which another comes to rest."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from zoobench.errors import SceneError, UsageError
-from zoobench.sim.model.elastic_bodies import ElasticBody, SceneObject
+from zoobench.sim.model.elastic_bodies import Drive, ElasticBody, SceneObject
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.lattice import fill_box
 from zoobench.sim.model.laws.elastic import ElasticMaterial
@@ -24,17 +25,23 @@ def _box(low: tuple[float, float, float], high: tuple[float, float, float], **gi
     return ElasticBody.passive(material, positions, np.full(len(positions), (H / 2) ** 3))
 
 
-def test_a_beam_held_at_its_end_bends_as_timoshenko_says() -> None:
-    """By q l^4 / 8 EI + q l^2 / 2 k G A to a tenth with four cells through its depth; the held part stays."""
+@pytest.mark.parametrize(("driven", "beyond"), [(False, 0.0), (True, 0.6)])
+def test_a_beam_held_at_its_end_bends_as_timoshenko_says(driven: bool, beyond: float) -> None:
+    """By q l^4 / 8 EI + q l^2 / 2 k G A to a tenth with four cells through its depth; the held part stays.
+
+    Driven matter holds the nodes of its splines, so many cells beyond its end.
+    """
     depth, length, clamp, gravity = 0.04, 0.2, 0.18, 0.3
     beam = _box((0.1, 0.2, 0.1), (clamp + length, 0.2 + depth, 0.1 + depth), viscosity=20.0)
-    beam = replace(beam, anchor=((0.0, 0.0, 0.0), (clamp, 1.0, 1.0)))
+    held = beam.positions[:, 0] < clamp
+    anchor = None if driven else ((0.0, 0.0, 0.0), (clamp, 1.0, 1.0))
+    beam = replace(beam, anchor=anchor, drive=Drive(held, speed=1.0) if driven else None)
     solver = Solver(Scene(beam, (0.0, 0.0, 0.0), (0.46, 0.4, 0.24), gravity=(0.0, -gravity, 0.0)), GRID)
     solver.start_at(solver.equilibrate(150))
     solver.reset()
     moved = solver.positions(0) - beam.positions
     tip, held = beam.positions[:, 0] > clamp + length - H / 2, beam.positions[:, 0] < clamp - H
-    reach, load = length - H / 4, 500.0 * gravity * depth**2
+    reach, load = length - H / 4 - beyond * H, 500.0 * gravity * depth**2
     bending, shear = load * reach**4 / (8 * 2e5 * depth**4 / 12), load * reach**2 / (2 * 5 / 6 * 1e5 * depth**2)
     assert -moved[tip, 1].mean() / (bending + shear) == pytest.approx(1.0, abs=0.1)
     assert np.abs(moved[held]).max() < 1e-3 * bending
@@ -57,9 +64,10 @@ def test_what_lies_on_an_obstacle_stays_there_and_so_does_the_obstacle() -> None
     assert np.abs(solver.positions(0)[scene.slice_of("table")] - table.positions).max() < 1e-12
 
 
-def test_a_robot_in_its_rest_frame_cannot_be_held() -> None:
+@pytest.mark.parametrize("given", [{"anchor": EVERYWHERE}, {"drive": Drive(np.ones(512, np.bool_), 1.0)}])
+def test_a_robot_in_its_rest_frame_cannot_be_held(given: dict[str, Any]) -> None:
     """It would fall: its nodes are its own."""
-    beam = replace(_box((0.08, 0.08, 0.08), (0.12, 0.12, 0.12)), anchor=EVERYWHERE)
+    beam = replace(_box((0.08, 0.08, 0.08), (0.12, 0.12, 0.12)), **given)
     with pytest.raises(UsageError, match="cannot be held"):
         Solver(Scene(beam, (0.0, 0.0, 0.0), (0.2, 0.2, 0.2)), replace(GRID, robot="lagrangian"))
 
@@ -68,4 +76,12 @@ def test_an_arena_that_follows_cannot_hold_a_body() -> None:
     """The anchor would be left behind."""
     beam = replace(_box((0.08, 0.08, 0.08), (0.12, 0.12, 0.12)), anchor=EVERYWHERE)
     with pytest.raises(SceneError, match="anchored in an arena that stays"):
+        Scene(beam, (0.0, 0.0, 0.0), (0.2, 0.2, 0.2), follows=True)
+
+
+def test_a_base_moves_where_the_arena_stays() -> None:
+    """Elsewhere it is refused."""
+    beam = _box((0.08, 0.08, 0.08), (0.12, 0.12, 0.12))
+    beam = replace(beam, drive=Drive(np.ones(beam.particle_count, np.bool_), 1.0))
+    with pytest.raises(SceneError, match="base of a robot can move on firm ground"):
         Scene(beam, (0.0, 0.0, 0.0), (0.2, 0.2, 0.2), follows=True)

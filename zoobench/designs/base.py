@@ -10,7 +10,7 @@ import numpy as np
 from zoobench.arrays import Array, Mask
 from zoobench.designs.sampling import SolidSample
 from zoobench.errors import SceneError, UsageError
-from zoobench.sim.model.elastic_bodies import BodyParticles, uniform_arrays
+from zoobench.sim.model.elastic_bodies import BodyParticles, Drive, uniform_arrays
 from zoobench.sim.model.fidelity import Fidelity
 
 
@@ -29,6 +29,8 @@ class Body(BodyParticles):
         notes: notes for users on how the body was made, as sentences; such as repairs of a file.
         rings: places along x [m] at which pictures draw a ring around the body, as between segments.
         anchored: `[particle_count]` what is held at rest: the box around it; None for a body that is free.
+        base_speed: of what is anchored, at full activity of its last three muscles' channels, which move it ahead, up
+            and to the right [m/s]; 0 where it is held.
     """
 
     head: Mask
@@ -40,6 +42,7 @@ class Body(BodyParticles):
     notes: tuple[str, ...] = ()
     rings: tuple[float, ...] = ()
     anchored: Mask | None = None
+    base_speed: float = 0.0
 
     @classmethod
     def of(
@@ -80,11 +83,18 @@ class Body(BodyParticles):
 
     def anchor(self, shift: Array) -> tuple[tuple[float, float, float], tuple[float, float, float]] | None:
         """Corners of the box of the cubes that are held [m], of a body moved by `shift` `[3]` [m]; None if none is."""
-        if self.anchored is None:
+        if self.anchored is None or self.base_speed:
             return None
         held = self.sites[self.anchored] + shift
         low, high = held.min(axis=0) - self.edge / 2, held.max(axis=0) + self.edge / 2
         return (float(low[0]), float(low[1]), float(low[2])), (float(high[0]), float(high[1]), float(high[2]))
+
+    @property
+    def drive(self) -> Drive | None:
+        """The base that moves; None for none."""
+        if self.anchored is None or not self.base_speed:
+            return None
+        return Drive(self.anchored, self.base_speed)
 
     def masses(self, density: float) -> Array:
         """Masses of the particles `[particle_count]` [kg] at this density of muscle [kg/m^3]."""

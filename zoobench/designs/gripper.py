@@ -7,7 +7,7 @@ import numpy as np
 
 from zoobench.arrays import Array, Mask
 from zoobench.designs.base import Body, check_size, sampled_once
-from zoobench.designs.quarters import BASE
+from zoobench.designs.quarters import BASE, check_base_speed, with_base
 from zoobench.designs.sampling import Shape
 from zoobench.errors import UsageError
 from zoobench.registry import Kind, register
@@ -23,15 +23,17 @@ _TIP = 0.25
 class Gripper:
     """Fingers that hang from a base and close about what is between them.
 
-    The base is held where it is. Every finger has two rows of muscles along it, inside and outside: it closes where the
-    inner ones contract. Two fingers are before and behind each other; three and four are around a circle, the first
-    ahead.
+    The base is held where it is, or moves. Every finger has two rows of muscles along it, inside and outside: it closes
+    where the inner ones contract. Two fingers are before and behind each other; three and four are around a circle, the
+    first ahead.
 
     * `fingers`: 2, 3 or 4.
     * `length`: of a finger [m].
     * `thickness`: of a finger, square [m]; it needs four cells to grip.
     * `opening`: between fingers that face each other, or within the circle of their inner sides [m].
     * `clearance`: below the fingers [m].
+    * `base_speed`: of the base at full activity of its channels, which move it ahead, up and to the right [m/s]; 0
+      where it is held.
     """
 
     fingers: int = 2
@@ -39,9 +41,11 @@ class Gripper:
     thickness: float = 0.035
     opening: float = 0.07
     clearance: float = 0.012
+    base_speed: float = 0.0
 
     def __post_init__(self) -> None:
         check_size("finger", self.length, self.thickness, self.thickness)
+        check_base_speed(self.base_speed)
         if self.fingers not in (2, 3, 4) or not 0.0 < self.opening < np.inf or not 0.0 <= self.clearance < np.inf:
             raise UsageError(
                 f"A gripper with {self.fingers} fingers, an opening of {self.opening:g} m and a clearance of "
@@ -106,14 +110,16 @@ class Gripper:
         sides = np.stack([inside, ~inside], axis=1)
         shares = np.einsum("nf,nr,ns->nfrs", finger, row, sides).reshape(len(points), -1)
         tip = down > 1.0 - _TIP
+        muscles, shares = with_base(self.muscles, shares, self.base_speed)
         return Body.of(
             sample,
             sample.mean(shares),
-            self.muscles,
+            muscles,
             head=sample.mostly(tip & (points[:, 0] > 0.0)),
             tail=sample.mostly(tip & (points[:, 0] < 0.0)),
             fibres=np.tile([0.0, 1.0, 0.0], (len(sample.positions), 1)),
             anchored=sample.mostly(down < 0.0),
+            base_speed=self.base_speed,
         )
 
     def _along(self, points: Array) -> tuple[Array, Array]:

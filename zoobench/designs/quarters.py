@@ -1,13 +1,37 @@
-"""Muscles in the quarters of a hanging limb: front and back, left and right."""
+"""Hanging limbs: their base, and muscles in their quarters, front and back, left and right."""
 
 from collections.abc import Iterable
 
 import numpy as np
 
 from zoobench.arrays import Array
+from zoobench.errors import UsageError
 
 BASE = 1 / 16
 """[m] Thickness of a base that is held: two cells of the coarsest fidelity."""
+
+_BASE_CHANNELS = ("base-ahead", "base-up", "base-right")
+
+
+def with_base(muscles: tuple[str, ...], shares: Array, speed: float) -> tuple[tuple[str, ...], Array]:
+    """Muscles and their shares of the points `[n, muscles]`, with the channels of a base of this speed after them.
+
+    A base that is held, with a speed of 0, has none. Nothing contracts with them.
+    """
+    if not speed:
+        return muscles, shares
+    return (*muscles, *_BASE_CHANNELS), np.pad(shares, ((0, 0), (0, len(_BASE_CHANNELS))))
+
+
+def check_base_speed(speed: float) -> None:
+    """Raise a `UsageError` if a base cannot move at this speed [m/s]."""
+    if not 0.0 <= speed <= _FASTEST:
+        raise UsageError(
+            f"A base_speed of {speed:g} m/s is not possible. Give 0 for a base that is held, or up to {_FASTEST:g}."
+        )
+
+
+_FASTEST = 1.0
 
 _QUARTERS = ("front-left", "front-right", "back-left", "back-right")
 

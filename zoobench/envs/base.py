@@ -169,7 +169,7 @@ class Environment:
             )
         placed = ElasticBody.placed(self.robot, body, positions, body.edge)
         anchor = body.anchor(shift + np.array([0.0, floor, 0.0]))
-        robot = replace(placed, site_offsets=body.sites - body.positions, anchor=anchor)
+        robot = replace(placed, site_offsets=body.sites - body.positions, anchor=anchor, drive=body.drive)
         sites = body.sites + shift + np.array([0.0, floor, 0.0])
         scene = Scene(
             robot=robot,

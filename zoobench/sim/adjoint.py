@@ -138,6 +138,7 @@ class Adjoint:
     def _advance(self, states: Matter, first: IntArray, part: Part, stride: int) -> None:
         sim = self._sim
         sim.parameters.set_tension(self._rollout.tension[part.frame])
+        sim.move_base(self._rollout.actuation[part.frame])
         sim.put_to_sleep(self._rollout.asleep[part.frame])
         sim.advance(states, first, part.counts, stride=stride, whole=self._counts[part.frame])
         sim.meter.recomputed += int(part.counts.sum())
@@ -145,6 +146,7 @@ class Adjoint:
     def _reverse(self, part: Part, first: IntArray) -> None:
         sim = self._sim
         sim.parameters.set_tension(self._rollout.tension[part.frame])
+        sim.move_base(self._rollout.actuation[part.frame])
         for world, move in reversed(self._moves_after(part)):
             end_adjoint(sim, self._state, world, move)
         for world in part.stops.nonzero()[0].tolist():
@@ -190,6 +192,7 @@ class Adjoint:
         tension = self._parameters.tension
         if self._sim.muscle_count and frame >= self._rollout.equilibration:
             self._actuation[frame] = self._sim.by_actuation(self._rollout, tension)
+            self._actuation[frame] += self._sim.by_base(self._parameters.fibre)
         fetch(self._tension[frame], tension)
         tension.zero_()
 

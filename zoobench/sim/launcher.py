@@ -75,6 +75,7 @@ class Launcher:
             fbar=has_fbar(scene, fidelity),
             objects=len(scene.objects),
             anchors=_anchors(scene),
+            driven=scene.robot.drive is not None,
         )
         work = [str(effect) for effect in sorted(scene.effects)] + ["decomposition"] * self.variant.decomposed
         self._work = {way: [f"{way} {each}" for each in work] for way in ("forward", "reverse")}

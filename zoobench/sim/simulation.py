@@ -10,6 +10,7 @@ from torch import Tensor
 
 from zoobench.arrays import Array
 from zoobench.sim import runtime
+from zoobench.sim.kernels.anchors import HEAVINESS
 from zoobench.sim.kernels.boundary import WALL_NODES
 from zoobench.sim.launcher import Launcher
 from zoobench.sim.model.diagnostics import Neighbours
@@ -91,6 +92,8 @@ class Simulation:
             # of all particles, absent ones too: it must not change with the variables that a design optimises
             covered = cover(scene.robot.positions, scene.robot.volumes, fidelity.grid_spacing)
             self.parameters.cover[:] = self.tensor(covered)
+        drive = scene.robot.drive
+        self._driven = np.flatnonzero(drive.particles) if drive is not None else np.zeros(0, np.int64)
         self._muscle_energy = MuscleEnergy(scene.robot.material.muscle_strength)
         self._membership: tuple[Array, Tensor] | None = None  # of a body, and the same on the device
         self.set_body(with_objects(BodyState().filled(scene, worlds), scene))
@@ -197,6 +200,10 @@ class Simulation:
         self.parameters.mass[:, :count] = self.tensor(mass)
         self.parameters.stiffness[:] = self.tensor(arrays["stiffness"])
         self.parameters.fibre[:] = self.tensor(arrays["fibres"])
+        if self._driven.size:
+            self.parameters.mass[:, self._driven] *= HEAVINESS
+            self.parameters.stiffness[:, self._driven] = 0.0
+            self.parameters.fibre[:, self._driven] = 0.0  # at rest
         self._muscle_energy.set_body(self.parameters)
         self._membership = None
         if medium is not None:
@@ -208,6 +215,7 @@ class Simulation:
         """Apply a control frame's actuation: the active stress of every robot particle, which is noted."""
         if not self.muscle_count:
             return
+        self.move_base(rollout.actuation[frame])
         strength, actuation = self.scene.robot.material.muscle_strength, rollout.actuation[frame]
         if self._device == "cpu":
             rollout.tension[frame] = strength * np.einsum("wpk,wk->wp", rollout.body["muscle_membership"], actuation)
@@ -217,6 +225,21 @@ class Simulation:
             tension = strength * torch.einsum("wpk,wk->wp", self._on_device(rollout), there)
             fetch(rollout.tension[frame], tension)
             self.parameters.tension[...] = tension
+
+    def move_base(self, actuation: Array) -> None:
+        """Give a robot's driven particles the velocity that the actuation of a frame `[worlds, muscles]` asks for."""
+        if (drive := self.scene.robot.drive) is not None:
+            velocity = self.tensor(drive.speed * actuation[:, -3:])
+            self.parameters.fibre[:, self._driven] = velocity[:, None]
+
+    def by_base(self, by_velocity: Tensor) -> Array:
+        """Derivative of a loss by the actuation of a frame `[worlds, muscles]`, from that by the velocities of the
+        driven particles, in the place of their fibres `[worlds, robot, 3]`, which is used up."""
+        found = np.zeros((self.worlds, self.muscle_count))
+        if (drive := self.scene.robot.drive) is not None:
+            found[:, -3:] = drive.speed * by_velocity[:, self._driven].double().sum(1).cpu().numpy()
+            by_velocity[:, self._driven] = 0.0
+        return found
 
     def by_actuation(self, rollout: Rollout, by_tension: Tensor) -> Array:
         """Derivative of a loss by the actuation of a frame `[worlds, muscles]`, from that by its tension

@@ -36,27 +36,45 @@ def beside(c: ti.template(), index: ti.template(), rooms):
 
 
 @ti.func
-def mass_gradient(c: ti.template(), m, up, down):
-    """Gradient of the mass at node m [kg/cell], as if it filled what walls cut off."""
+def mass_gradient(c: ti.template(), k: ti.template(), m, up, down):
+    """Gradient of the mass at node m of layer k [kg/cell], as if it filled what walls cut off."""
     slope = ti.Vector([0.0, 0.0, 0.0])
     for d in ti.static(range(3)):
         stride = (c.nodes.sx, c.nodes.sy, 1)[d]
         if up[d] > 0.0:
-            slope[d] += up[d] * c.grid[MOMENTUM, m + stride][3]
+            slope[d] += up[d] * filling_mass(c, k, m + stride)
         if down[d] > 0.0:
-            slope[d] += -down[d] * c.grid[MOMENTUM, m - stride][3]
+            slope[d] += -down[d] * filling_mass(c, k, m - stride)
     return slope
 
 
 @ti.func
-def mass_gradient_adjoint(c: ti.template(), m, up, down, adjoint):
-    """Adjoint of `mass_gradient`: adds to those of the neighbours' mass."""
+def mass_gradient_adjoint(c: ti.template(), k: ti.template(), node, up, down, adjoint):
+    """Adjoint of `mass_gradient`: adds to those of the neighbours' mass, of nodes counted from the first."""
     for d in ti.static(range(3)):
         stride = (c.nodes.sx, c.nodes.sy, 1)[d]
-        if up[d] > 0.0:
-            c.grid_adjoint[MOMENTUM, m + stride] += ti.Vector([0.0, 0.0, 0.0, up[d] * adjoint[d]])
-        if down[d] > 0.0:
-            c.grid_adjoint[MOMENTUM, m - stride] += ti.Vector([0.0, 0.0, 0.0, -down[d] * adjoint[d]])
+        if up[d] > 0.0 and not is_overfull(c, k, c.start + node + stride):
+            c.grid_adjoint[MOMENTUM, node + stride] += ti.Vector([0.0, 0.0, 0.0, up[d] * adjoint[d]])
+        if down[d] > 0.0 and not is_overfull(c, k, c.start + node - stride):
+            c.grid_adjoint[MOMENTUM, node - stride] += ti.Vector([0.0, 0.0, 0.0, -down[d] * adjoint[d]])
+
+
+@ti.func
+def is_overfull(c: ti.template(), k: ti.template(), m):
+    """Whether a node of layer k has more mass than it can hold, as beside a base that is driven."""
+    overfull = False
+    if ti.static(c.variant.driven and k == 0):
+        overfull = c.grid[MOMENTUM, m][3] > c.scene.robot_full
+    return overfull
+
+
+@ti.func
+def filling_mass(c: ti.template(), k: ti.template(), m):
+    """Mass at a node of layer k by which its matter fills it [kg]."""
+    mass = c.grid[MOMENTUM, m][3]
+    if is_overfull(c, k, m):
+        mass = c.scene.robot_full
+    return mass
 
 
 @ti.func
@@ -99,7 +117,7 @@ def shape_at(c: ti.template(), k: ti.template(), m, found: ti.template()):
     """Gradient [1/cell] and value of the volume share of the body in layer k at a node, whose mass is at m."""
     full = mass_of_full_node(c, k)
     return ti.Struct(
-        slope=mass_gradient(c, m, found.up, found.down) / full, share=c.grid[MOMENTUM, m][3] / (full * found.room)
+        slope=mass_gradient(c, k, m, found.up, found.down) / full, share=filling_mass(c, k, m) / (full * found.room)
     )
 
 
@@ -134,7 +152,9 @@ def contact_slope_adjoint(c: ti.template(), pair: ti.template(), m, node, found:
         by_first, by_other_share = flatness_adjoint(first.slope, first.share, by_other_weight)
         by_second += (r * weight) * by_slope
         by_first += (0.0 - r * other_weight) * by_slope
-        of_first, of_second = by_other_share / (other * found.room), by_share / (full * found.room)
-        mass_gradient_adjoint(c, node + a * c.nodes.size, found.up, found.down, by_first / other)
-    mass_gradient_adjoint(c, node + b * c.nodes.size, found.up, found.down, by_second / full)
+        of_second = by_share / (full * found.room)
+        if not is_overfull(c, a, m + a * c.nodes.size):
+            of_first = by_other_share / (other * found.room)
+        mass_gradient_adjoint(c, a, node + a * c.nodes.size, found.up, found.down, by_first / other)
+    mass_gradient_adjoint(c, b, node + b * c.nodes.size, found.up, found.down, by_second / full)
     return of_first, of_second

@@ -3,7 +3,7 @@
     state      [slots, worlds, particles, 8 or 9] rows of a particle, below; the robot's particles come first
     window     [slots, worlds, 8] first and past-the-last grid node that any particle touches, where the nodes' momenta
                of the substep from this slot are kept in `grid`, and whether they are
-    body       [worlds, particles, 2] (mass, volume, stiffness, tension) and (fibre, 0)
+    body       [worlds, particles, 2] (mass, volume, stiffness, tension) and (fibre, 0), or velocity where driven
     plan       [worlds, 4] first slot, number of substeps, and of particles awake, and whether a frame begins, with dt
                [worlds]: every world takes its own steps
     order      [worlds, particles] the particles awake, then those asleep; empty where none may sleep
@@ -89,6 +89,7 @@ class Variant:
         robot: whether a particle may be elastic: not where only the medium's are visited.
         objects: number of elastic bodies beside the robot, each with nodes of its own.
         anchors: whether the robot, and each object, is anchored; empty where none is.
+        driven: whether particles of the robot are, see `anchors`.
     """
 
     muscle: bool
@@ -105,6 +106,7 @@ class Variant:
     robot: bool = True
     objects: int = 0
     anchors: tuple[bool, ...] = ()
+    driven: bool = False
 
     def uses(self, transfer: int) -> bool:
         """Whether any matter that is visited has this transfer."""

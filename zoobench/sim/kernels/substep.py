@@ -8,7 +8,7 @@ velocity with gravity and contact, gather, move, deform.
 
 import taichi as ti
 
-from zoobench.sim.kernels.anchors import unless_held
+from zoobench.sim.kernels.anchors import driven_velocity, is_driven, scattered_velocity, unless_held
 from zoobench.sim.kernels.boundary import behind_wall, wall_pressure
 from zoobench.sim.kernels.columns import (
     add,
@@ -147,7 +147,7 @@ def contribution(c: ti.template(), p):
     slope = scale(factor, particle_stress(c, p))
     if not has_transfer(c, p, PIC):
         slope = add(slope, scale(m * c.scene.spacing, columns(c.state, c.s, c.w, p, C)))
-    origin = at_first_node(m * c.state[c.s, c.w, p, V], m, slope, at.offset)
+    origin = at_first_node(m * scattered_velocity(c, p), m, slope, at.offset)
     return ti.Struct(node=at.node, offset=at.offset, origin=origin, slope=slope)
 
 
@@ -270,6 +270,10 @@ def from_grid(c: ti.template(), p, at: ti.template()):
             before, affine_before = gather_affine(c.field(BEFORE, c.start), near, c.scene.inverse)
             velocity += FLIP_SHARE * (c.state[c.s, c.w, p, V] - spatial(before))
             affine = add(rate, kept_affine(columns(c.state, c.s, c.w, p, C), affine_before, rate, c.dt))
+    if ti.static(c.variant.driven):
+        if is_driven(c, p):
+            velocity, affine, change = driven_velocity(c, p), scale(0.0, rate), scale(0.0, rate)
+            place = c.state[c.s, c.w, p, X] + c.dt * velocity
     c.state[c.t, c.w, p, X] = place
     c.state[c.t, c.w, p, V] = velocity
     put_columns(c.state, c.t, c.w, p, C, affine)

@@ -5,7 +5,7 @@
 
 import taichi as ti
 
-from zoobench.sim.kernels.anchors import unless_held
+from zoobench.sim.kernels.anchors import is_driven, scattered_velocity, unless_held
 from zoobench.sim.kernels.boundary import behind_wall, contact_adjoint, wall_pressure_adjoint
 from zoobench.sim.kernels.columns import (
     add,
@@ -137,6 +137,13 @@ def from_grid_adjoint(c: ti.template(), p):
             velocity, rate = gather_affine(c.field(VELOCITY), near, c.scene.inverse)
     rate_adjoint = columns(c.adjoint, 0, c.w, p, C)
     new_x_adjoint, v_adjoint = c.adjoint[0, c.w, p, X], c.adjoint[0, c.w, p, V]
+    if ti.static(c.variant.driven):
+        if is_driven(c, p):  # neither its velocity nor its deformation depends on what was before
+            by_given = v_adjoint + c.dt * new_x_adjoint
+            c.body_adjoint[c.w, p, 1] += ti.Vector([by_given[0], by_given[1], by_given[2], 0.0])
+            v_adjoint, rate_adjoint = 0.0 * v_adjoint, scale(0.0, rate_adjoint)
+            put_columns(c.adjoint, 0, c.w, p, C, rate_adjoint)
+            put_columns(c.adjoint, 0, c.w, p, F, rate_adjoint)
     offset_adjoint, mass_adjoint = 0.0 * at.offset, 0.0 * c.dt
     if is_robot(c, p):
         # F' = S F with S = I + dt C
@@ -188,6 +195,9 @@ def from_grid_adjoint(c: ti.template(), p):
             c.adjoint[0, c.w, p, V] = FLIP_SHARE * v_adjoint
             put_columns(c.adjoint, 0, c.w, p, C, kept_adjoint)
     value_adjoint = v_adjoint + c.dt * new_x_adjoint  # x' = x + dt v
+    if ti.static(c.variant.driven):
+        if is_driven(c, p):
+            value_adjoint = 0.0 * value_adjoint
     value_adjoint[3] = mass_adjoint
     by_velocity = gather_affine_adjoint(
         c.field(VELOCITY), c.added_to(MOMENTUM), near, c.scene.inverse, velocity, value_adjoint, rate_adjoint
@@ -267,7 +277,7 @@ def to_grid_adjoint(c: ti.template(), p):
     slope = scale(factor * q[VOLUME], stress)
     if not has_transfer(c, p, PIC):
         slope = add(slope, scale(m * c.scene.spacing, rate))
-    origin = m * velocity
+    origin = m * scattered_velocity(c, p)
     origin = origin - (at.offset[0] * slope.x + at.offset[1] * slope.y + at.offset[2] * slope.z)
     origin[3] = m
     offset_adjoint, total, affine_adjoint = motion_adjoint(c.adjoint_of(MOMENTUM), near, origin, slope)

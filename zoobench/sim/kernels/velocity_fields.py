@@ -19,6 +19,8 @@ from zoobench.sim.kernels.contact_normal import (
     beside,
     contact_slope,
     contact_slope_adjoint,
+    filling_mass,
+    is_overfull,
     mass_of_full_node,
 )
 from zoobench.sim.kernels.layout import MOMENTUM, PUSH, SURFACE, VELOCITY, while_compiling
@@ -148,7 +150,8 @@ def contact_impulse(c: ti.template(), pair: ti.template(), m, index: ti.template
     if q[3] > 0.0 and o[3] > 0.0:
         rooms = free_volumes(c, index)
         room = rooms[0] * rooms[1] * rooms[2]
-        total = (q[3] / mass_of_full_node(c, a) + o[3] / mass_of_full_node(c, b)) / room
+        first_mass = filling_mass(c, a, m + a * c.nodes.size)
+        total = (first_mass / mass_of_full_node(c, a) + o[3] / mass_of_full_node(c, b)) / room
         share, rise = contact_fraction(total)
         if share > 0.0:
             if ti.static(not (c.variant.liquid and c.variant.is_medium(b))):
@@ -187,7 +190,9 @@ def contact_impulse_adjoint(
         by_total = (by_share * found.rise + by_preload * found.strength) / found.room
         # reduced = q o / (q + o)
         q_part, o_part = found.reduced / q[3], found.reduced / o[3]
-        of_first, of_second = by_total / mass_of_full_node(c, a), by_total / mass_of_full_node(c, b)
+        of_second = by_total / mass_of_full_node(c, b)
+        if not is_overfull(c, a, m + a * c.nodes.size):
+            of_first = by_total / mass_of_full_node(c, a)
         # divided twice: in float32 the square of a mass below 1e-23 kg, of a node that a field hardly touches, is 0
         by_mass = by_reduced * q_part * q_part - v_adjoint.dot(found.impulse) / q[3] / q[3]
         by_other_mass = by_reduced * o_part * o_part + u_adjoint.dot(found.impulse) / o[3] / o[3]

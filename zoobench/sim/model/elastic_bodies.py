@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from zoobench.arrays import Array
+from zoobench.arrays import Array, Mask
 from zoobench.sim.model.laws.elastic import ElasticMaterial
 
 
@@ -55,6 +55,19 @@ def uniform_arrays(count: int) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
+class Drive:
+    """A rigid part of a robot that moves as its last three channels say, along x, y and z, whatever acts on it.
+
+    Attributes:
+        particles: `[particle_count]` which they are.
+        speed: at full activity [m/s].
+    """
+
+    particles: Mask
+    speed: float
+
+
+@dataclass(frozen=True)
 class ElasticBody(BodyParticles):
     """Matter that keeps its shape, in a scene: a robot or a block.
 
@@ -66,6 +79,7 @@ class ElasticBody(BodyParticles):
         site_offsets: `[particle_count, 3]` of the centres of those cubes from the positions [m], where a body fills
             some in part; None for none.
         anchor: lower and upper corner of the box in which it is held at rest [m]; None where it is free.
+        drive: of a robot with a base that moves; None for none.
     """
 
     material: ElasticMaterial
@@ -74,6 +88,7 @@ class ElasticBody(BodyParticles):
     edge: float | None = None
     site_offsets: Array | None = None
     anchor: tuple[tuple[float, float, float], tuple[float, float, float]] | None = None
+    drive: Drive | None = None
 
     @property
     def masses(self) -> Array:

@@ -207,6 +207,11 @@ class Scene:
                 "A body can be anchored in an arena that stays where it is, outside water on a grid. Leave out the "
                 "water, or the anchor."
             )
+        if self.robot.drive is not None and (self.water is not None or self.follows or self.medium is not None):
+            raise SceneError(
+                "The base of a robot can move on firm ground, in an arena that stays where it is. Choose such an "
+                "environment, or a base that is held."
+            )
         for name, body in (("robot", self.robot), *((each.name, each.body) for each in self.objects)):
             if body.anchor is not None and not np.less_equal(*body.anchor).all():
                 raise SceneError(f"The anchor of the {name} from {body.anchor[0]} to {body.anchor[1]} m is no box.")

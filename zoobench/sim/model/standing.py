@@ -20,7 +20,7 @@ def standing(scene: Scene, edge: float) -> Scene:
         edge: of the cubes that the robot's particles stand for [m], see `Scene.robot_edge`.
     """
     ground, robot = scene.ground, scene.robot
-    if ground is None or scene.medium is not None or scene.water is not None or robot.anchor is not None:
+    if ground is None or scene.medium is not None or scene.water is not None or robot.anchor or robot.drive:
         return scene
     skin = ground.skin
     volumes = robot.volumes  # whatever their occupancy: the start has no derivative by the body's parameters
