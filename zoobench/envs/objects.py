@@ -43,6 +43,9 @@ _MOST = 3
 
 _GAP = 0.02
 
+_POISSONS_RATIO = 0.2
+"""The robot's. Pressure waves of a solid with 0.3 are a fifth faster, and want as many more steps."""
+
 _APART = 0.25
 """Distance at which an object is put down on a back [cells]: that at which two bodies carry each other."""
 
@@ -72,7 +75,7 @@ class Objects:
     object_shift: float = 0.0
     object_friction: float = 0.5
     object_ground_friction: float = 0.5
-    object_stiffness: float = 1e5
+    object_stiffness: float = 3e4
     object_count: int = 1
 
     def __post_init__(self) -> None:
@@ -130,7 +133,7 @@ class Objects:
         sample = Shape.standing(self._inside(), length, height, width).sample(fidelity).of_volume(volume)
         material = ElasticMaterial(
             youngs_modulus=self.object_stiffness,
-            poissons_ratio=0.3,
+            poissons_ratio=_POISSONS_RATIO,
             density=self.object_mass / volume,
         )
         rest = passive_solid(material, sample)

@@ -25,6 +25,9 @@ LARGEST_STRETCH = 1.5
 
 At s = 0.3 E a free fibre reaches 1.7, but by pushing, which does not add to the stiffness as contraction does."""
 
+OBJECT_STRETCH = 1.1
+"""The same of objects, which have no muscles and are stiffer than what pushes on them."""
+
 LARGEST_COURANT = 0.5
 """Cells that matter may cross in one substep [-], and the bound on dt |C|: det(I + dt C) stays positive below it."""
 
@@ -237,7 +240,7 @@ def object_label(name: str) -> str:
 
 def _object_limit(body: ElasticBody, fidelity: Fidelity) -> float:
     material, density = body.material, _lowest_density(body)
-    kappa = elastic_kappa(*material.lame, float(body.stiffness.max()), 0.0, LARGEST_STRETCH)
+    kappa = elastic_kappa(*material.lame, float(body.stiffness.max()), 0.0, OBJECT_STRETCH)
     return isolated_particle_limit(fidelity, kappa / density, material.viscosity / density)
 
 
