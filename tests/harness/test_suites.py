@@ -53,7 +53,7 @@ def test_only_the_suite_of_that_name_is_for_smoke(name: str) -> None:
     assert {spec.fidelity.name == "smoke" for spec in suites.load(name).specs} == {name == "smoke"}
 
 
-@pytest.mark.parametrize("name", ["laptop", "shallows", "design", "codesign", "control"])
+@pytest.mark.parametrize("name", ["laptop", "shallows", "design", "codesign", "control", "manipulation"])
 def test_methods_compete_at_equal_substeps(name: str) -> None:
     """All runs of a row have the same budget, counted in substeps, and the same three seeds."""
     rows: dict[tuple[object, ...], set[object]] = {}

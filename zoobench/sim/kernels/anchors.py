@@ -53,7 +53,7 @@ def driven_velocity(c: ti.template(), p):
 
 @ti.func
 def scattered_velocity(c: ti.template(), p):
-    """The velocity that a particle is scattered with; a driven one's is without the gravity that its nodes will feel."""
+    """The velocity that a particle scatters; a driven one's is without the gravity that its nodes will feel."""
     velocity = c.state[c.s, c.w, p, V]
     if ti.static(c.variant.driven):
         if is_driven(c, p):
