@@ -28,6 +28,7 @@ _WITH = {
     "test_compiled_functions.py": "cell",
     "test_advection.py": "cell",
     "test_immersed.py": "cell",
+    "test_stored_gait.py": "cell",
     "test_energy_audit.py": "sim",
     "test_cpp_reference.py": "sim",
 }

@@ -36,8 +36,9 @@ METHODS = [name for name in METHODS if not registry.get(Kind.METHOD, name).requi
 
 
 SHOWN_ELSEWHERE = ("clay", "snow", "wetland")
-"""Beds whose kernels take ten seconds to compile. They are simulated in `tests/envs`; gradients of their media are
-checked in `tests/sim/test_adjoint.py`, and those of a robot in a bed, of which a part sleeps, in the desert here."""
+"""Beds whose kernels take ten seconds to compile. They are simulated in `tests/envs`; adjoints of their media are
+checked in `tests/sim/kernels/test_media_adjoint.py`, and those of a robot in a bed, of which a part sleeps, in the
+desert here."""
 
 
 def _is_fast(env: str, task: str, design: str) -> bool:
@@ -179,7 +180,7 @@ def _idles(env: str, design: str) -> bool:
             for names in itertools.product(ENVS, DESIGNS)
         ),
         pytest.param(POND, "voxel", id="pond-voxel"),
-        pytest.param(TANK, "voxel", id="tank-voxel"),
+        pytest.param(TANK, "voxel", id="tank-voxel", marks=pytest.mark.slow),
     ],
 )
 def test_a_body_without_a_mind_stays_where_it_is(env: str, design: str) -> None:

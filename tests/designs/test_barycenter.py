@@ -97,7 +97,12 @@ def test_left_and_right_are_mirror_images() -> None:
 
 @pytest.mark.parametrize(
     ("parameters", "iterations"),
-    [([0.0] * 12, 10), ([60.0, -60.0, 0.0, 0.0] * 3, 10), ([800.0, 0.0, 0.0, -800.0] * 3, 100)],
+    [
+        ([0.0] * 12, 10),
+        ([60.0, -60.0, 0.0, 0.0] * 3, 10),
+        ([800.0, 0.0, 0.0, -800.0] * 3, 10),
+        pytest.param([800.0, 0.0, 0.0, -800.0] * 3, 100, marks=pytest.mark.slow),
+    ],
 )
 def test_gradients_are_finite_everywhere(
     parameters: list[float], iterations: int, monkeypatch: pytest.MonkeyPatch
@@ -110,6 +115,7 @@ def test_gradients_are_finite_everywhere(
     assert torch.isfinite(gradient).all()
 
 
+@pytest.mark.slow  # test_spaces.py asks it of every space, on a coarser grid
 @pytest.mark.usefixtures("few_iterations")
 def test_empty_space_near_the_skin_has_a_gradient() -> None:
     """Of a particle just outside the surface."""

@@ -14,6 +14,7 @@ from zoobench.spec import Ref
 
 
 @cache
+@cache
 def _true_volume() -> float:
     """By counting [m^3]."""
     lattice = (np.indices((250, 125, 125)).reshape(3, -1).T + 0.5) * 0.0004 + (-0.05, 0.0, -0.025)

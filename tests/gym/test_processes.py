@@ -32,19 +32,6 @@ def run(tmp_path: Path) -> Run:
     return run
 
 
-def test_asynchronous_environments_work_in_a_fork(run: Run) -> None:
-    """Nothing is simulated before: to make environments starts nothing that a fork would lack."""
-    done = run("""
-        envs = asynchronous(2, context="fork")
-        envs.reset(seed=0)
-        for _ in range(3):
-            _, rewards, _, truncated, info = envs.step(numpy.zeros(envs.action_space.shape, numpy.float32))
-        print(truncated.all(), info["score"].shape)
-        envs.close()
-    """)
-    assert (done.returncode, done.stdout) == (0, "True (2,)\n"), done.stderr
-
-
 def test_after_a_simulation_they_work_or_are_refused(run: Run) -> None:
     """A process of its own has the threads of the simulator; a fork lacks them and says so."""
     done = run("""
@@ -57,3 +44,16 @@ def test_after_a_simulation_they_work_or_are_refused(run: Run) -> None:
     assert done.stdout == "1\n", done.stderr
     assert "forkserver" in done.stderr.splitlines()[-1]
     assert done.returncode
+
+
+def test_asynchronous_environments_work_in_a_fork(run: Run) -> None:
+    """Nothing is simulated before: to make environments starts nothing that a fork would lack."""
+    done = run("""
+        envs = asynchronous(2, context="fork")
+        envs.reset(seed=0)
+        for _ in range(3):
+            _, rewards, _, truncated, info = envs.step(numpy.zeros(envs.action_space.shape, numpy.float32))
+        print(truncated.all(), info["score"].shape)
+        envs.close()
+    """)
+    assert (done.returncode, done.stdout) == (0, "True (2,)\n"), done.stderr

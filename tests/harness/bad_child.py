@@ -1,4 +1,6 @@
-"""A child process that does something odd in the run with seed 0, `bad_child.py ODDITY`, and is well otherwise.
+"""A child process that does something odd in the first runs, `bad_child.py ODDITY...`, and is well otherwise.
+
+The run with seed 0 does the first oddity, that with seed 1 the second, and so on.
 
 A result of each run is the number of its process.
 """
@@ -31,9 +33,9 @@ def solve(spec: RunSpec, context: ChildContext) -> RunOutcome:
     if sys.argv[1] == "draws" and "ODD" not in os.environ:
         os.environ.update(ODD="1")
         print(random.random(), np.random.random(), flush=True)
-    if spec.seed == 0:
-        ODDITIES[sys.argv[1]](context)
-    is_nan = spec.seed == 0 and sys.argv[1] == "nan-params"
+    oddity = dict(enumerate(sys.argv[1:])).get(spec.seed, "none")
+    ODDITIES[oddity](context)
+    is_nan = oddity == "nan-params"
     finals = [("score", 1.0, "m"), ("process", float(os.getpid()), "")]
     return RunOutcome(finals, [math.nan if is_nan else 1.0])
 

@@ -15,9 +15,9 @@ from zoobench.harness import process
 from zoobench.harness.messages import FailedMessage, MetricMessage, RefusedMessageError, read_message
 
 
-def bad(oddity: str) -> tuple[str, ...]:
-    """The command of a child that does something odd in the run with seed 0."""
-    return (sys.executable, "-m", "tests.harness.bad_child", oddity)
+def bad(*oddities: str) -> tuple[str, ...]:
+    """The command of a child that does something odd in the run with seed 0, in that with seed 1, and so on."""
+    return (sys.executable, "-m", "tests.harness.bad_child", *oddities)
 
 
 def _metric(step: Any, **values: Any) -> dict[str, Any]:
@@ -88,24 +88,20 @@ def test_what_can_be_kept_comes_through() -> None:
     assert failed.reason == "no file ?"
 
 
-@pytest.mark.parametrize(
-    ("oddity", "reason"),
-    [
-        # all are refused as above, before they reach a database: here an integer and the last message of a run
-        pytest.param("nan-progress", "fraction is nan", marks=pytest.mark.slow),
-        ("large-step", f"step is {2**70}"),
-        ("nan-params", "params.0 is nan"),
-    ],
-)
-def test_a_message_that_cannot_be_kept_fails_its_run_alone(oddity: str, reason: str, location: str) -> None:
+REFUSED = {"nan-progress": "fraction is nan", "large-step": f"step is {2**70}", "nan-params": "params.0 is nan"}
+
+
+def test_a_message_that_cannot_be_kept_fails_its_run_alone(location: str) -> None:
     """FAILED with what was given; the earlier messages are kept, and the next run is done."""
-    wrong, right = work_on_fakes(location, 2, child=bad(oddity))
-    assert (wrong.state, right.state) == (RunState.FAILED, RunState.DONE)
-    assert reason in (wrong.reason or "")
+    *wrong, right = work_on_fakes(location, len(REFUSED) + 1, child=bad(*REFUSED))
+    assert right.state is RunState.DONE
     with Store(location) as store:
-        assert [point.value for point in store.metrics(wrong.id, "position")] == [1.0]
-        assert store.finals(wrong.id) == []
-        assert [attempt.outcome for attempt in store.attempts(wrong.id)] == [RunState.FAILED]
+        for run, (oddity, reason) in zip(wrong, REFUSED.items(), strict=True):
+            assert run.state is RunState.FAILED, oddity
+            assert reason in (run.reason or ""), oddity
+            assert [point.value for point in store.metrics(run.id, "position")] == [1.0], oddity
+            assert store.finals(run.id) == [], oddity
+            assert [attempt.outcome for attempt in store.attempts(run.id)] == [RunState.FAILED], oddity
 
 
 def test_a_message_that_is_too_long_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -104,7 +104,7 @@ _LINUX = pytest.mark.skipif(sys.platform != "linux", reason="Linux's")
         pytest.param("leaves", marks=pytest.mark.slow),
         "leaves-and-dies",
         pytest.param("leaves-sessions", marks=_LINUX),
-        pytest.param("leaves-sessions-and-dies", marks=_LINUX),
+        pytest.param("leaves-sessions-and-dies", marks=(_LINUX, pytest.mark.slow)),
     ],
 )
 def test_what_a_child_has_started_ends_with_it(tmp_path: Path, oddity: str) -> None:

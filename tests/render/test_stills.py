@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.render.filmed import ENVS, needs_drawing, smoke_snapshots
+from tests.render.filmed import EACH_ENV, needs_drawing, smoke_snapshot
 from zoobench import registry
 from zoobench.designs.base import Body
 from zoobench.errors import UsageError
@@ -35,11 +35,6 @@ GROUND, ICE = (0.62, 0.59, 0.54), (0.74, 0.88, 0.96)
 @pytest.fixture(autouse=True)
 def _drawing() -> None:
     needs_drawing()
-
-
-def environment(name: str) -> Snapshot:
-    """One environment at rest."""
-    return smoke_snapshots()[ENVS.index(name)]
 
 
 def purple(image: Image) -> float:
@@ -70,10 +65,10 @@ def dark(image: Image) -> float:
     return float((image.max(axis=-1) < 70).mean())
 
 
-@pytest.mark.parametrize("name", ENVS)
+@EACH_ENV
 def test_every_picture_shows_the_robot_its_medium_and_the_ground(name: str) -> None:
     """Purple back muscles, the colour of the medium, that of the ground, the legend and the title."""
-    shot = environment(name)
+    shot = smoke_snapshot(name)
     image = snapshot_image(shot, SIZE)
     assert image.shape == (270, 480, 3)
     assert (image[:40, :200].max(axis=-1) < 150).mean() > 0.01
@@ -86,7 +81,7 @@ def test_every_picture_shows_the_robot_its_medium_and_the_ground(name: str) -> N
 
 def test_a_cut_medium_shows_the_robot(monkeypatch: pytest.MonkeyPatch) -> None:
     """Under water it would be hidden if the water before it were drawn."""
-    shot = environment("shallow-water")
+    shot = smoke_snapshot("shallow-water")
     shot = replace(shot, robot=shot.robot - np.float32([0.0, 0.02, 0.0]))
     assert purple(snapshot_image(shot, SIZE)) > 0.003
 
@@ -99,7 +94,7 @@ def test_a_cut_medium_shows_the_robot(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_the_robot_throws_a_shadow_on_ground_and_medium(monkeypatch: pytest.MonkeyPatch) -> None:
     """There are darker pixels of their colour, which go with the shadow."""
-    for shot, colour in ((environment("ice"), ICE), (environment("desert"), MEDIA["desert"])):
+    for shot, colour in ((smoke_snapshot("ice"), ICE), (smoke_snapshot("desert"), MEDIA["desert"])):
         with_shadow = darkened(snapshot_image(shot, SIZE), colour)
         with monkeypatch.context() as patch:
             patch.setattr("zoobench.render.actors._SHADOW", 1.0)
@@ -110,8 +105,8 @@ def test_files_are_one_for_each_environment_and_a_sheet(tmp_path: Path, monkeypa
     """Of the sheet's four tiles each shows the robot; it is a small file."""
     imageio = pytest.importorskip("imageio.v2")
     monkeypatch.setattr("zoobench.render.stills._SIZE", (160, 90))  # of the pictures beside the sheet, for speed
-    names = ("ground", "desert", "snow", "shallow-water")
-    paths = list(draw_snapshots([environment(name) for name in names], tmp_path / "new"))
+    names = ("ground", "desert", "ice", "shallow-water")
+    paths = list(draw_snapshots([smoke_snapshot(name) for name in names], tmp_path / "new"))
     assert [path.name for path in paths] == [*(f"{name}.png" for name in names), SHEET]
     assert all(imageio.imread(path).shape == (90, 160, 3) for path in paths[:-1])
     assert paths[-1].stat().st_size < 75_000
@@ -124,7 +119,7 @@ def test_files_are_one_for_each_environment_and_a_sheet(tmp_path: Path, monkeypa
 
 def test_one_picture_makes_no_sheet(tmp_path: Path) -> None:
     """A sheet of one would be that one again."""
-    assert [path.name for path in draw_snapshots(smoke_snapshots()[:1], tmp_path)] == ["ground.png"]
+    assert [path.name for path in draw_snapshots([smoke_snapshot("ground")], tmp_path)] == ["ground.png"]
 
 
 def test_parameters_are_in_title_and_file_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -143,7 +138,7 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     """A file where the folder should be."""
     (tmp_path / "taken").write_text("", encoding="utf-8")
     with pytest.raises(UsageError, match="taken"):
-        list(draw_snapshots(smoke_snapshots()[:1], tmp_path / "taken"))
+        list(draw_snapshots([smoke_snapshot("ground")], tmp_path / "taken"))
 
 
 def test_a_portrait_shows_muscles_passive_matter_and_fibres(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -88,15 +88,19 @@ EPISODES = [
     ("wading", 1e-4, 12, 36),
 ]
 
-DEAR = ("clay", "mud", "snow")
-"""Media whose kernels take long to compile, so that only the first check of their gradients is fast."""
+DEAR = ("clay", "mud", "snow", "water", "wading")
+"""Scenes whose kernels take long to compile. The adjoints of their laws are checked alone in
+`tests/sim/kernels/test_media_adjoint.py` and `test_drift.py`, sand has all that they have beside it, and the
+conformance suite has a robot that wades."""
 
 
 def _marks(name: str) -> tuple[pytest.MarkDecorator, ...]:
     return (pytest.mark.slow,) if name in DEAR else ()
 
 
-@pytest.fixture(scope="module", params=EPISODES, ids=[episode[0] for episode in EPISODES])
+@pytest.fixture(
+    scope="module", params=[pytest.param(episode, marks=_marks(episode[0]), id=episode[0]) for episode in EPISODES]
+)
 def probed(request: pytest.FixtureRequest) -> tuple[Probe, Gradient, float]:
     """A scene over many substeps, its gradient and the tolerance."""
     name, tolerance, frames, substeps = request.param
@@ -208,7 +212,7 @@ def test_thrust_needs_friction(friction: float) -> None:
 @pytest.mark.parametrize(
     # sand has all that the ground has
     "name",
-    ["sand", *(pytest.param(name, marks=pytest.mark.slow) for name in ("ground", *DEAR, "water"))],
+    ["sand", *(pytest.param(name, marks=pytest.mark.slow) for name in ("ground", "clay", "mud", "snow", "water"))],
 )
 def test_float32_gradient_agrees_with_float64(name: str) -> None:
     """To 1e-3 of the norm in every group."""

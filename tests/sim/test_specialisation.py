@@ -103,7 +103,7 @@ slow = pytest.mark.slow
             id="friction",
         ),
         # where there is water the ground is tight, which a robot that stands on it feels
-        pytest.param(*_beside("sand", 0.0), False, MEDIUM, id="sand"),
+        pytest.param(*_beside("sand", 0.0), False, MEDIUM, id="sand", marks=slow),
         pytest.param(*_beside("mud", 0.0), False, MEDIUM, id="mud", marks=slow),
         pytest.param(*_beside("water", 0.1), False, MEDIUM, id="water", marks=slow),
     ],

@@ -110,6 +110,7 @@ def test_water_needs_some_cells_and_one_thread() -> None:
         Solver(block_in_water(), fine(32), parallel=True)
 
 
+@pytest.mark.slow  # tests/sim/kernels/test_velocity_fields.py shows it of a bed; its kernel takes eight seconds
 def test_a_face_beyond_a_wall_that_the_robot_hardly_touches_has_finite_adjoints() -> None:
     """Its mass is 1e-27 kg, whose square is 0 in single precision, in which gradients are those of double."""
     # the robot's lowest corner is just within reach of the splines of faces below the floor
