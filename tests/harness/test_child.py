@@ -50,7 +50,7 @@ def _frequent_looks(monkeypatch: pytest.MonkeyPatch) -> None:
 
 _TAGS = {name: registry.get(Kind.METHOD, name).tags for name in registry.names(Kind.METHOD)}
 _EXACT = [
-    pytest.param(name, marks=() if name in _FAST else pytest.mark.slow)
+    pytest.param(name, marks=pytest.mark.slow)  # tests/harness/test_kill.py kills runs of a small method
     for name, tags in _TAGS.items()
     if not tags & {"policy", "study", "external"}
 ]

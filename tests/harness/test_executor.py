@@ -103,22 +103,25 @@ def test_a_run_goes_on_from_its_checkpoint_in_a_process_that_has_done_another(tm
     assert [numbers(path, run_id) for run_id in (1, 2)] == [numbers(straight, run_id) for run_id in (1, 2)]
 
 
-LEFT = (
-    "is-foreign", "grows", "leaves", "leaves-a-thread", "closes-output", "sets-a-signal", "is-full", "leaves-sessions",
-    "goes-away", "sets-the-path", "redirects-output", "replaces-output", "ignores-errors",
+_ONE_OF_EACH_KIND = ("is-foreign", "grows", "leaves", "leaves-a-thread", "closes-output", "sets-a-signal")
+_OTHERS = (
+    "is-full", "leaves-sessions", "goes-away", "sets-the-path", "redirects-output", "replaces-output", "ignores-errors",
 )  # fmt: skip
 
 
+@pytest.mark.parametrize(
+    "oddities", [_ONE_OF_EACH_KIND, pytest.param(_OTHERS, marks=pytest.mark.slow)], ids=["one-of-each-kind", "others"]
+)
 def test_a_process_in_which_a_run_has_left_something_does_no_other(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, oddities: tuple[str, ...]
 ) -> None:
     """All runs are done and keep their logs, each by a process of its own; nothing is left in the end."""
     monkeypatch.setenv("ZOOBENCH_MEMORY", "1GB")
     path = tmp_path / "zoo.db"
-    rows = work_on_fakes(path, len(LEFT) + 1, child=bad(*LEFT))
+    rows = work_on_fakes(path, len(oddities) + 1, child=bad(*oddities))
     assert [(row.state, row.attempt) for row in rows] == [(RunState.DONE, 1)] * len(rows)
     used = _processes(path)
-    assert [oddity for oddity, *pair in zip(LEFT, used, used[1:], strict=False) if len(set(pair)) == 1] == []
+    assert [oddity for oddity, *pair in zip(oddities, used, used[1:], strict=False) if len(set(pair)) == 1] == []
     for row in rows:
         assert _log(path, row.id)[:2] == [f"run {row.id - 1}", "begins"]
     assert _log(path, len(rows))[2:] == []

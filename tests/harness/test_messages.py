@@ -88,15 +88,20 @@ def test_what_can_be_kept_comes_through() -> None:
     assert failed.reason == "no file ?"
 
 
-REFUSED = {"nan-progress": "fraction is nan", "large-step": f"step is {2**70}", "nan-params": "params.0 is nan"}
-
-
-def test_a_message_that_cannot_be_kept_fails_its_run_alone(location: str) -> None:
+@pytest.mark.parametrize(
+    "refused",
+    [
+        # all are refused as above, before they reach a database: here an integer and the last message of a run
+        pytest.param({"large-step": f"step is {2**70}", "nan-params": "params.0 is nan"}, id="whole-and-last"),
+        pytest.param({"nan-progress": "fraction is nan"}, id="progress", marks=pytest.mark.slow),
+    ],
+)
+def test_a_message_that_cannot_be_kept_fails_its_run_alone(refused: dict[str, str], location: str) -> None:
     """FAILED with what was given; the earlier messages are kept, and the next run is done."""
-    *wrong, right = work_on_fakes(location, len(REFUSED) + 1, child=bad(*REFUSED))
+    *wrong, right = work_on_fakes(location, len(refused) + 1, child=bad(*refused))
     assert right.state is RunState.DONE
     with Store(location) as store:
-        for run, (oddity, reason) in zip(wrong, REFUSED.items(), strict=True):
+        for run, (oddity, reason) in zip(wrong, refused.items(), strict=True):
             assert run.state is RunState.FAILED, oddity
             assert reason in (run.reason or ""), oddity
             assert [point.value for point in store.metrics(run.id, "position")] == [1.0], oddity

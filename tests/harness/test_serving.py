@@ -23,14 +23,14 @@ _POLICY = "policy-network[hidden=8]"
 _SHORT_PPO = "ppo[timesteps=0,buffer=16,batch=8,epochs=1,worlds=2]"
 _ON_GROUND = [
     cell(_TWO, method="diffphysics[restarts=1]", fidelity="smoke[precision=64]"),
-    cell(_TWO, method=_SHORT_PPO, controller=_POLICY),
+    cell(_TWO, method="cmaes[population=4]", controller="sine-feedback"),
     cell(_TWO, method="diffphysics[restarts=1]", task="turning"),
 ]
 """Both precisions, with gradients and without, open and closed loops."""
 
 _ELSEWHERE = [
     cell(_TWO, method="random[batch=2]"),
-    cell(_TWO, method="cmaes[population=4]", controller="sine-feedback"),
+    cell(_TWO, method=_SHORT_PPO, controller=_POLICY),
     cell(_TWO, method="diffphysics[restarts=1]", environment="desert"),
     cell(_TWO, method="diffphysics[restarts=1]", environment="clay"),
     cell(_TWO, method="random[batch=2]", environment="wetland", design="panda"),
@@ -42,7 +42,7 @@ _ELSEWHERE = [
     cell(_TWO, method="neat[population=4]", design="voxel"),
     cell(_TWO, method="quality-diversity[population=4]", design="voxel"),
 ]
-"""Other methods, every kind of matter, another grid, and bodies that change."""
+"""Learning and other methods, every kind of matter, another grid, and bodies that change."""
 
 
 def _in_turn(path: Path, specs: Sequence[RunSpec], renewals: int = 0) -> dict[str, tuple[Numbers, object]]:
@@ -58,7 +58,7 @@ def _in_turn(path: Path, specs: Sequence[RunSpec], renewals: int = 0) -> dict[st
 
 
 def test_no_run_is_another_for_what_was_done_before_it(tmp_path: Path) -> None:
-    """In one order and in the other: precision, gradients, learning, random streams."""
+    """In one order and in the other: precision, gradients, random streams."""
     assert _in_turn(tmp_path / "there.db", _ON_GROUND) == _in_turn(tmp_path / "back.db", _ON_GROUND[::-1])
 
 

@@ -70,7 +70,7 @@ def test_a_run_goes_back_to_the_queue_when_the_time_is_nearly_over(path: Path) -
     enqueue(path)
     slow = fake(iterations=1000, pause=0.01)
     now = time.monotonic()
-    work_shift(orders(path, slow), Shift(ask_at=now + 7.0, end_at=now + 30.0))  # a child takes long to begin under load
+    work_shift(orders(path, slow), Shift(ask_at=now + 5.0, end_at=now + 30.0))  # a child takes long to begin under load
     with Store(path) as store:
         (row,) = store.runs()
         (attempt,) = store.attempts(1)

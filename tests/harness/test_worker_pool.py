@@ -76,8 +76,9 @@ def test_each_way_to_fail_has_its_state_and_reason(path: Path, mode: str, state:
         assert attempts[0].signal == (signal.SIGSEGV if mode == "segfault" else None)
 
 
-def test_a_child_that_hangs_is_ended_by_the_time_limit(path: Path) -> None:
+def test_a_child_that_hangs_is_ended_by_the_time_limit(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """TIMEOUT is neither FAILED nor LOST, and what was reported is kept."""
+    monkeypatch.setattr("zoobench.harness.supervise.GRACE_SECONDS", 0.3)
     (row,) = work_on_fakes(path, child=fake("hang"), timeout=4.0)
     assert row.state is RunState.TIMEOUT
     assert "4 s" in (row.reason or "")
@@ -237,13 +238,13 @@ _LAUNCH = (
 def test_a_launcher_that_is_stopped_keeps_its_runs(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Three times for longer than its lease, beside one that is at work: nothing is lost, and no number is another."""
     monkeypatch.setattr("zoobench.db.lifecycle.SILENT_SECONDS", 0.2)
-    child = fake(iterations=300, pause=0.02)
+    child = fake(iterations=150, pause=0.02)
     with subprocess.Popen([sys.executable, "-c", _LAUNCH, str(path), *child]) as launcher:
         while not path.exists() or not _is_begun(path):
             time.sleep(0.05)
         for _ in range(3):
             launcher.send_signal(signal.SIGSTOP)
-            for _ in range(10):
+            for _ in range(5):
                 time.sleep(0.2)
                 with Store(path) as store:
                     assert store.recover() == []
@@ -260,7 +261,7 @@ def _is_begun(path: Path) -> bool:
     return False
 
 
-@pytest.mark.parametrize("jump", [90.0, 86_400.0, -300.0])
+@pytest.mark.parametrize("jump", [pytest.param(90.0, marks=pytest.mark.slow), 86_400.0, -300.0])
 def test_a_clock_that_is_set_in_the_midst_of_runs_loses_none(
     path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, jump: float
 ) -> None:
@@ -336,7 +337,7 @@ def test_a_stopped_writer_is_waited_for_with_a_word(
     path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     """A writer that has stopped within its transaction stops the others for a while, and loses no run of theirs."""
-    monkeypatch.setattr(worker_pool, "_SILENT_SECONDS", 2.0)
+    monkeypatch.setattr(worker_pool, "_SILENT_SECONDS", 1.0)
     ids = enqueue(path, 1)
     writers: list[sqlite3.Connection] = []
 
@@ -344,12 +345,12 @@ def test_a_stopped_writer_is_waited_for_with_a_word(
         if not writers and rows[0].fraction > 0.0:
             writers.append(sqlite3.connect(path, isolation_level=None, check_same_thread=False))
             writers[0].execute("BEGIN IMMEDIATE")
-            threading.Timer(4.0, writers[0].close).start()
+            threading.Timer(2.5, writers[0].close).start()
 
     (row,) = run_all(path, ids, child=_SLOW_WALK, on_update=stop)
     assert (row.state, row.attempt) == (RunState.DONE, 1)
     assert [record.message for record in caplog.records] == [
-        f"Nothing could be stored for 2 s: {path} is locked by another zoobench or another program. Waiting."
+        f"Nothing could be stored for 1 s: {path} is locked by another zoobench or another program. Waiting."
     ]
 
 

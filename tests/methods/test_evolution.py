@@ -11,6 +11,7 @@ from zoobench.methods.hyperneat import HyperNeat
 from zoobench.spec import Budget
 
 
+@pytest.mark.slow  # test_known_answers.py has the optimum of one species
 @pytest.mark.usefixtures("no_checkpoints")
 def test_it_finds_body_and_controller() -> None:
     """Of the quadratic problem, within 0.3 of the optimum in the median of three runs of 300 generations.

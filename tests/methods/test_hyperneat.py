@@ -117,9 +117,9 @@ def shares_of(points: list[Array], problem: Sculpture) -> Array:
 
 @pytest.fixture(scope="module")
 def lines() -> list[tuple[Array, Array, Array]]:
-    """Shares of the first and of the last of 30 generations, and numbers of species, of 25 populations under chance."""
+    """Shares of the first and of the last of 30 generations, and numbers of species, of 10 populations under chance."""
     problem, found = Sculpture(Budget("episodes", 1)), []
-    for seed in range(25):
+    for seed in range(10):
         rng = np.random.default_rng(seed)
         bodies, species = Bodies(problem, rng, 10), []  # type: ignore[arg-type]
         first = shares_of(bodies.ask(), problem)
