@@ -42,26 +42,48 @@ def test_every_example_is_understood(monkeypatch: pytest.MonkeyPatch) -> None:
         assert stop.value.code == 0, example
 
 
-def test_the_example_components_work() -> None:
-    """The file that the guide shows registers an environment that can be created with its parameter; that of a task
-    owes what every task does."""
-    source, task = blocks(GUIDE / "adding.md", "python")
-    script = (
-        f"{task}\n"
-        "from zoobench.testing import DOUBLE, check_cell, check_documentation, small_cell\n"
-        "check_documentation(Kind.TASK, 'spin-box')\n"
-        "check_cell(small_cell(task='spin-box', fidelity=DOUBLE), lambda rewards: float(rewards[-1]))\n"
-    )
+def _run(script: str) -> str:
+    """What a program prints; it ends well."""
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.mark.parametrize(
+    "checked",
+    [
+        "problem = Problem(small_cell(task='spin-box'))\n"
+        "assert np.isfinite(problem.evaluate(problem.initial(np.random.default_rng(0))).score)",
+        pytest.param(
+            "check_cell(small_cell(task='spin-box', fidelity=DOUBLE), lambda rewards: float(rewards[-1]))",
+            marks=pytest.mark.slow,
+        ),
+    ],
+    ids=["scored", "checked"],
+)
+def test_the_example_task_works(checked: str) -> None:
+    """It is documented and gives a score; it owes what every task does."""
+    _, task = blocks(GUIDE / "adding.md", "python")
+    _run(
+        f"{task}\n"
+        "import numpy as np\n"
+        "from zoobench.cell.problem import Problem\n"
+        "from zoobench.testing import DOUBLE, check_cell, check_documentation, small_cell\n"
+        "check_documentation(Kind.TASK, 'spin-box')\n"
+        f"{checked}\n"
+    )
+
+
+def test_the_example_environment_works() -> None:
+    """The file that the guide shows registers one that can be created with its parameter."""
+    source, _ = blocks(GUIDE / "adding.md", "python")
     script = (
         f"{source}\n"
         "from zoobench import registry\n"
         "from zoobench.spec import Ref\n"
         "print(registry.create(Kind.ENV, Ref.parse('wet-rock[friction=0.1]')).friction)\n"
     )
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
-    assert done.stdout == "0.1\n", done.stderr
+    assert _run(script) == "0.1\n"
 
 
 def test_the_readme_is_short_and_its_links_lead_somewhere() -> None:

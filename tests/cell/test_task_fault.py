@@ -101,8 +101,6 @@ def test_another_task_may_have_objects_about() -> None:
 def test_no_cell_of_the_published_suites_is_refused(name: str) -> None:
     """Their targets stay inside for every robot."""
     cells = [suites.spec_of(item) for item in suites.load(name).cells]
-    followed = [spec for spec in cells if "path" in spec.task.kwargs and isinstance(spec, RunSpec)]
-    # a fault does not depend on who solves the cell
-    distinct = {(spec.env, spec.task, spec.design, spec.fidelity, spec.frames): spec for spec in followed}
-    assert distinct
-    assert not [spec for spec in distinct.values() if task_fault(spec)]
+    followed = [spec for spec in cells if "path" in spec.task.kwargs]
+    assert followed
+    assert not [spec for spec in followed if isinstance(spec, RunSpec) and task_fault(spec)]

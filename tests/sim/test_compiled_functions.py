@@ -45,12 +45,9 @@ def compiled(nothing_compiled: None, monkeypatch: pytest.MonkeyPatch) -> set[str
 
 @pytest.mark.parametrize(
     "name",
-    # others compile kernels that no other test needs, for seconds, and ice those of the ground; what effects each has
-    # is in tests/verify/effects
-    [
-        pytest.param(name, marks=() if name in ("ground", "desert") else pytest.mark.slow)
-        for name in registry.names(Kind.ENV)
-    ],
+    # others compile kernels that hardly another test needs, for seconds, and ice those of the ground; what effects each
+    # has is in tests/verify/effects
+    [pytest.param(name, marks=() if name == "ground" else pytest.mark.slow) for name in registry.names(Kind.ENV)],
 )
 def test_an_environment_compiles_and_launches_what_it_calls_for(name: str, compiled: set[str]) -> None:
     """A frame and its reverse are recorded with its effects, whose functions alone are compiled."""
