@@ -67,6 +67,7 @@ MANIPULATED = {
     "carry": ((16, 3), (0, 6), (14, 0), "its way, less ten times\nhow far it is below its start [m]"),
     "lift": ((6, 6), (9, 3), (0, 5), "its rise,\non average [m]"),
     "topple": ((4, 10), (9, 5), (8, -3), "turn of its upright\naxis at the end [rad]"),
+    "spin": ((8, 3), (10, 0), (0, 0), "its turn about the\nvertical at the end [rad]"),
 }
 """Of tasks with an object: its size, its place, its way [cm] and what counts."""
 
@@ -137,7 +138,7 @@ def tasks() -> Iterator[tuple[str, np.ndarray]]:
         yield name, _pixels(figure)
     for name, (size, place, way, text) in MANIPULATED.items():
         figure, axes = _blank()
-        across = 2 if name in ("push", "push-to", "kick") else 1
+        across = 2 if name in ("push", "push-to", "kick", "spin") else 1
         robot = _robot()
         axes.plot(robot[:, 0], robot[:, across], ".", color="0.85", markersize=5, zorder=0)
         _object(axes, name, np.array(size), np.array(place), np.array(way))
@@ -200,7 +201,8 @@ def _object(axes: "Axes", task: str, size: Array, place: Array, way: Array) -> N
     """An object at the start, pale where it ends, and an arrow between both [cm]."""
     from matplotlib.patches import Circle, Rectangle
 
-    for centre, alpha, turn in ((place, 1.0, 0.0), (place + way, 0.35, 90.0 * (task == "topple"))):
+    turned = {"topple": 90.0, "spin": 50.0}.get(task, 0.0)
+    for centre, alpha, turn in ((place, 1.0, 0.0), (place + way, 0.35, turned)):
         if task == "kick":
             shape = Circle(tuple(centre), size[0] / 2, color=OBJECT, alpha=alpha, linewidth=0)
         else:
@@ -209,7 +211,8 @@ def _object(axes: "Axes", task: str, size: Array, place: Array, way: Array) -> N
                 linewidth=0,
             )  # fmt: skip
         axes.add_patch(shape)
-    axes.annotate("", place + way, place, arrowprops={"arrowstyle": "-|>", "color": "#2878bd", "linewidth": 2})
+    if way.any():
+        axes.annotate("", place + way, place, arrowprops={"arrowstyle": "-|>", "color": "#2878bd", "linewidth": 2})
     if task == "push-to":
         axes.plot(*(place + way), "x", color="#c2188f", markersize=9, markeredgewidth=2)
 

@@ -22,13 +22,19 @@ def _score(task: str, found: Motion) -> float:
 
 
 @pytest.mark.parametrize(
-    ("task", "growth"), [("height", -0.2 * 0.05), ("span", 0.2 * 0.1), ("area", 0.32 * 0.1 * 0.04)]
+    ("task", "growth"),
+    [
+        ("height", -0.2 * 0.05),
+        ("span", 0.2 * 0.1),
+        ("area", 0.32 * 0.1 * 0.04),
+        ("area[shrink=true]", -0.32 * 0.1 * 0.04),
+    ],
 )
 def test_a_stretched_box_scores_by_its_measures(task: str, growth: float) -> None:
     """The mean over the frames: half of the time scores half; greatest and final growth are reported."""
     found = mapped(BOX, [STRETCH, STRETCH, ONE, ONE])
     assert _score(task, found) == pytest.approx(growth / 2, rel=0.02)
-    metrics = registry.create(Kind.TASK, Ref(task)).metrics(found)
+    metrics = registry.create(Kind.TASK, Ref.parse(task)).metrics(found)
     assert float(metrics["greatest_growth"][0]) == pytest.approx(max(growth, 0.0), rel=0.02, abs=1e-15)
     assert float(metrics["final_growth"][0]) == pytest.approx(0.0, abs=1e-15)
 

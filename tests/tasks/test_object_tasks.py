@@ -13,7 +13,7 @@ from zoobench.registry import Kind
 from zoobench.spec import Ref
 from zoobench.tasks.base import Motion, Task
 
-TASKS = ["push", "push-to", "kick", "carry", "lift", "topple"]
+TASKS = ["push", "push-to", "kick", "carry", "lift", "topple", "spin"]
 STILL = [[0.0, 0.0, 0.0]] * 4
 WAYS = [[0.0, 0.0, 0.0], [0.02, 0.01, 0.0], [0.05, -0.02, -0.01], [0.04, -0.03, -0.02]]
 """Of the object: ahead and to the left, up and then down [m]."""
@@ -80,6 +80,17 @@ def test_a_toppled_object_has_turned_by_its_tilt(about: object) -> None:
     assert rewards.tolist() == pytest.approx([0.5, math.pi - 0.3, 0.0], abs=1e-9)
 
 
+@pytest.mark.parametrize("lean", [0.0, 0.6])
+def test_turns_add_up(lean: float) -> None:
+    """Beyond a whole one, and back; also of an object that leans while it turns about the vertical."""
+    angles = (0.4, 2.4, 5.0, 7.5)
+    turns = [yaw(angle) @ _pitch(lean) for angle in angles]
+    rewards = _task("spin").reward(carried(STILL, turns))[:, 0].tolist()
+    backwards = _task("spin").reward(carried(STILL, turns[::-1]))[:, 0].tolist()
+    assert rewards == pytest.approx([2.0, 4.6, 7.1], abs=1e-9)
+    assert backwards == pytest.approx([-2.5, -5.1, -7.1], abs=1e-9)
+
+
 @pytest.mark.parametrize("task", TASKS)
 def test_an_object_at_rest_scores_zero(task: str) -> None:
     """To the last bit but of a root, also where it begins turned."""
@@ -124,11 +135,11 @@ def test_a_reward_does_not_depend_on_what_comes_after(task: str) -> None:
 
 @pytest.mark.parametrize("task", TASKS)
 def test_readings_tell_of_the_object(task: str) -> None:
-    """How far it went, rose and tilted, each with a unit, and those of the robot."""
+    """How far it went, rose, tilted and turned, each with a unit, and those of the robot."""
     readings = _task(task).metrics(carried(WAYS, [_pitch(0.3 * frame) for frame in range(4)]))
     wanted = {
         "object_distance": (math.hypot(0.04, 0.02), "m"), "object_rise": (-0.03, "m"), "object_highest": (0.01, "m"),
-        "object_lowest": (-0.03, "m"), "object_tilt": (0.9, "rad"),
+        "object_lowest": (-0.03, "m"), "object_tilt": (0.9, "rad"), "object_turn": (0.0, "rad"),
     }  # fmt: skip
     for name, (value, unit) in wanted.items():
         assert readings[name][0].item() == pytest.approx(value), name

@@ -67,17 +67,21 @@ class Span(_Growth):
         return extent(motion, axis=0)
 
 
-@register(Kind.TASK, "area", tags=("shape",))
+@register(Kind.TASK, "area", tags=("shape",), added=("shrink",))
 @dataclass(frozen=True, kw_only=True)
 class Area(_Growth):
-    """Cover more ground than at the start.
+    """Cover more ground than at the start, or less.
 
     The score is the growth of the horizontal area that the body covers over that at the start, averaged over the frames
     [m^2]. The area is that of the rectangle with the same moments, 12 sqrt(det C) with the covariance C of x and z by
     occupancy, so that turning does not change it.
+
+    * `shrink`: whether less is better: what counts is by how much the area has fallen.
     """
 
+    shrink: bool = False
     unit: ClassVar[str] = "m^2"
 
     def _size(self, motion: Motion) -> "Tensor":
-        return covered_area(motion)
+        area = covered_area(motion)
+        return -area if self.shrink else area

@@ -55,8 +55,23 @@ def object_tilt(motion: Motion) -> "Tensor":
     return torch.atan2(level, upright[..., 1])
 
 
+def object_turn(motion: Motion) -> "Tensor":
+    """Turn of the object about the vertical since the start, counter-clockwise seen from above, at the end of every
+    frame `[frames, worlds]` [rad].
+
+    The sum of the turns of the frames, each below half a turn: that which fits the horizontal parts of all axes best.
+    """
+    import torch
+
+    axes = motion.object.axes()
+    before, after = axes[:-1], axes[1:]
+    along = before[..., 0] * after[..., 0] + before[..., 2] * after[..., 2]
+    across = before[..., 2] * after[..., 0] - before[..., 0] * after[..., 2]
+    return torch.atan2(across.sum(dim=-1), along.sum(dim=-1)).cumsum(dim=0)
+
+
 def object_readings(motion: Motion) -> Readings:
-    """How far the object went, rose and tilted `[worlds]` each, and the common readings of the robot."""
+    """How far the object went, rose, tilted and turned `[worlds]` each, and the common readings of the robot."""
     import torch
 
     way = object_way(motion)
@@ -66,5 +81,6 @@ def object_readings(motion: Motion) -> Readings:
         "object_highest": (way[..., 1].amax(dim=0), "m"),
         "object_lowest": (way[..., 1].amin(dim=0), "m"),
         "object_tilt": (object_tilt(motion)[-1], "rad"),
+        "object_turn": (object_turn(motion)[-1], "rad"),
         **common_readings(motion),
     }

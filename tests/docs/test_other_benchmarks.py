@@ -1,0 +1,38 @@
+"""The page that says what stands for the tasks of other benchmarks."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from zoobench import registry
+from zoobench.registry import Kind
+from zoobench.spec import Ref
+
+PAGE = Path(__file__).parents[2] / "docs" / "guide" / "other-benchmarks.md"
+ROWS = [line.split("|")[1:5] for line in PAGE.read_text().splitlines() if line.startswith("| ")]
+STATED = [row for row in ROWS if "`" in row[1]]
+
+
+@pytest.mark.parametrize("row", STATED, ids=lambda row: row[0].strip())
+def test_what_stands_for_a_task_exists(row: list[str]) -> None:
+    """Environment, task and design with their parameters."""
+    environments, (task, *others) = re.findall("`([^`]+)`", row[1]), re.findall("`([^`]+)`", row[2])
+    for kind, names in ((Kind.ENV, environments), (Kind.TASK, [task])):
+        for name in names:
+            registry.create(kind, Ref.parse(name))
+    for name in others:
+        kind = Kind.TASK if name.startswith(task.partition("[")[0]) else Kind.DESIGN
+        registry.create(kind, Ref.parse(name))
+
+
+def test_the_count_of_the_page_is_that_of_its_rows() -> None:
+    """Of EvoGym's 32 tasks; a row may have several."""
+    table = PAGE.read_text().partition("## SoMoGym")[0]
+    rows = [line.split("|")[1:3] for line in table.splitlines() if re.match(r"\| [A-Z].*-v\d", line)]
+    assert len(rows) > 20
+    counts = [len(re.findall(r"v\d", names)) for names, _ in rows]
+    found = sum(count for count, (_, env) in zip(counts, rows, strict=True) if "`" in env)
+    assert sum(counts) == 32
+    assert found == 27
+    assert "Twenty-seven of the 32" in PAGE.read_text()
