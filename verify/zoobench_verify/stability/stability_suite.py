@@ -13,6 +13,7 @@ from zoobench_verify.stability import (
     impact,
     media_cases,
     muscles,
+    object_cases,
     particle_cases,
     strains,
 )
@@ -21,8 +22,8 @@ STUDY = "stability"
 STEP_STUDY = "largest-step"
 
 CASES = cases_of(
-    particle_cases, strains, impact, contrast, muscles, domain, media_cases, gradient_cases, horizon,
-    bad_inputs,
+    particle_cases, strains, impact, contrast, muscles, domain, media_cases, object_cases, gradient_cases,
+    horizon, bad_inputs,
 )  # fmt: skip
 
 

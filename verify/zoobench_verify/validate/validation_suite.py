@@ -16,6 +16,7 @@ from zoobench_verify.validate import (
     mud,
     muscle_pulls,
     object_contacts,
+    object_motions,
     statics,
     swimmers,
     swimming,
@@ -24,7 +25,7 @@ from zoobench_verify.validate import (
 
 _ALL = cases_of(
     conservation, waves, manufactured, statics, modes, muscle_pulls, hertz, elements, friction, object_contacts,
-    footings, interface, granular, mud, fluids, swimming, swimmers, gradients,
+    object_motions, footings, interface, granular, mud, fluids, swimming, swimmers, gradients,
 )  # fmt: skip
 
 CASES = tuple(sorted(_ALL, key=lambda case: -case.precision if case.precision else -48))
