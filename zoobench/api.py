@@ -131,7 +131,7 @@ def evaluate(
     """
     import pandas as pd
 
-    from zoobench.cell.firm_ground import check_rest_frames
+    from zoobench.cell.firm_ground import check_firm_ground
     from zoobench.cell.loading import check_devices
     from zoobench.cli.evaluate import targets_of
     from zoobench.cli.solutions import solution_named
@@ -141,7 +141,7 @@ def evaluate(
     targets = targets_of(_text(env), _text(task), _text(fidelity))
     episodes = list(targets.of(found.spec))
     check_devices(episodes)
-    check_rest_frames(episodes)
+    check_firm_ground(episodes)
     name = found.name if found.run is None else found.run.id
     return pd.DataFrame([asdict(row) for row in transfer(name, found.spec, found.params, targets)])
 

@@ -1,4 +1,4 @@
-"""Robots in their rest frame against the environment: they are simulated on firm ground alone."""
+"""What needs firm ground, against the environment: robots in their rest frame, and bases that are held or move."""
 
 from collections.abc import Iterable
 
@@ -6,6 +6,9 @@ from zoobench import registry
 from zoobench.errors import UsageError
 from zoobench.registry import Kind
 from zoobench.spec import RunSpec
+
+HELD = "anchored"
+"""Tag of designs that hang from a base."""
 
 
 def rest_frame_fault(spec: RunSpec) -> str:
@@ -21,8 +24,31 @@ def rest_frame_fault(spec: RunSpec) -> str:
     )
 
 
-def check_rest_frames(specs: Iterable[RunSpec]) -> None:
-    """Raise a `UsageError` if the robot of some run cannot be simulated in its rest frame as it is to be."""
+def held_fault(spec: RunSpec) -> str:
+    """Why the run's robot cannot hang from its base; empty if it can, or if it is not known to have one."""
+    if HELD not in registry.get(Kind.DESIGN, spec.design.name, spec.design.version).tags:
+        return ""
+    if spec.fidelity.kwargs.get("robot") == "lagrangian":
+        return (
+            f"A robot in its rest frame (robot=lagrangian) cannot be held, and {spec.design.name!r} hangs from a base. "
+            "Choose another design, or robot=mpm."
+        )
+    env = registry.create(Kind.ENV, spec.env)
+    if env.water is not None:
+        return (
+            f"The design {spec.design.name!r} hangs from a base, and nothing is held in the water of "
+            f"{spec.env.name!r}. Choose another environment or design."
+        )
+    if spec.design.kwargs.get("base_speed") and env.bed is not None:
+        return (
+            f"The base of {spec.design.name!r} moves on firm ground alone, and {spec.env.name!r} has a bed. Choose an "
+            "environment without, or base_speed=0."
+        )
+    return ""
+
+
+def check_firm_ground(specs: Iterable[RunSpec]) -> None:
+    """Raise a `UsageError` if some run needs firm ground, for its robot's rest frame or its base, and has none."""
     for spec in specs:
-        if fault := rest_frame_fault(spec):
+        if fault := rest_frame_fault(spec) or held_fault(spec):
             raise UsageError(fault)

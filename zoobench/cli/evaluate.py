@@ -39,7 +39,7 @@ def evaluate(
         chosen = (("--env", env), ("--task", task), ("--fidelity", fidelity))
         _show(db, form, [word for name, text in chosen if text for word in (name, text)])
         return
-    from zoobench.cell.firm_ground import check_rest_frames
+    from zoobench.cell.firm_ground import check_firm_ground
     from zoobench.cell.loading import check_devices
     from zoobench.db.rows import TRANSFER
     from zoobench.db.store import Store
@@ -57,7 +57,7 @@ def evaluate(
     saved = save_each(db, TRANSFER, _all(own, targets), stored) if own else iter(())
     episodes = [spec for each in (*own, *published) for spec in targets.of(each.spec)]
     check_devices(episodes)  # before any of them
-    check_rest_frames(episodes)
+    check_firm_ground(episodes)
     names = [labels(getattr(spec, axis) for spec in episodes) for axis in ("env", "task", "fidelity")]
     found = []
     with Steps(len(episodes)) as steps:

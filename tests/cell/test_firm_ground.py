@@ -1,0 +1,36 @@
+"""What needs firm ground is refused elsewhere, before anything runs."""
+
+import pytest
+
+from tests.conformance.cells import cell
+from zoobench.cell.firm_ground import check_firm_ground, held_fault
+from zoobench.errors import UsageError
+
+
+@pytest.mark.parametrize(
+    ("names", "why"),
+    [
+        ({"design": "arm", "fidelity": "smoke[robot=lagrangian]"}, "cannot be held"),
+        ({"design": "gripper", "environment": "ocean"}, "water of 'ocean'"),
+        ({"design": "gripper[base_speed=0.1]", "environment": "desert"}, "'desert' has a bed"),
+    ],
+)
+def test_a_base_is_refused_where_it_can_not_be_held_or_not_move(names: dict[str, str], why: str) -> None:
+    """With the remedy."""
+    spec = cell(**names)
+    assert why in held_fault(spec)
+    with pytest.raises(UsageError, match="Choose"):
+        check_firm_ground([spec])
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        {"design": "gripper", "environment": "desert"},
+        {"design": "arm[base_speed=0.1]", "environment": "ice"},
+        {"environment": "ocean"},
+    ],
+)
+def test_what_can_be_held_and_what_has_no_base_is_not_refused(names: dict[str, str]) -> None:
+    """A base that does not move may hang above a bed."""
+    assert not held_fault(cell(**names))
