@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
+from tests.conformance.cells import cell
 from tests.sim import scenes
 from tests.tasks.motions import carried
+from zoobench.cell.problem import Problem
 from zoobench.cell.wall_gap import gaps_of, wall_gaps
 from zoobench.sim.model.scene import Scene
 
@@ -60,3 +62,14 @@ def test_an_object_may_meet_a_side_before_its_robot() -> None:
     ends = motion.object.positions[:, 0, :, 0].max(dim=1).values.numpy()
     assert found[-1] == pytest.approx((1.0 - ends[-1]) / SPACING)
     assert found[0] > found[-1]
+
+
+@pytest.mark.parametrize(("up", "why"), [(-9.0, "pressed what is below it through the ground"), (9.0, "ceiling")])
+def test_a_base_that_leaves_the_arena_is_told_so(up: float, why: str) -> None:
+    """A larger arena or a shorter episode alone would be no remedy."""
+    problem = Problem(cell(task="reach", design="arm[base_speed=1]", frames=40))
+    parameters = np.zeros(problem.parameter_count)
+    parameters[-2] = up
+    found = problem.evaluate(parameters)
+    assert found.score == -np.inf
+    assert why in str(found.failure)

@@ -148,7 +148,7 @@ class EpisodeRunner:
         if failure is None:
             return evaluation_of(self._task, motion, {**metrics, **reading(gaps)})
         if isinstance(failure, Divergence):
-            failure = told(failure, float(gaps[: failure.frame + 2].min()))
+            failure = told(failure, float(gaps[: failure.frame + 2].min()), self.scene)
         return Evaluation(-math.inf, {}, np.zeros(0), failure)
 
 

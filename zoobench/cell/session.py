@@ -268,7 +268,8 @@ class Session:
     def _told(self, world: int, failure: Divergence) -> Divergence:
         """A failure in the last frame, by how near the robot has come to a side of its arena."""
         last, scene, spacing = self._start(world), self._problem.scene, self._problem.fidelity.grid_spacing
-        return told(failure, float(gaps_of(last, scene, self._playback.rollout.offsets[:, world], spacing).min()))
+        gaps = gaps_of(last, scene, self._playback.rollout.offsets[:, world], spacing)
+        return told(failure, float(gaps.min()), scene)
 
     def _forgone(self, world: int) -> float:
         """The reward of a world that failed: the negative rewards of its remaining frames, at the last rate."""

@@ -8,12 +8,20 @@ from numpy.typing import ArrayLike, NDArray
 from zoobench.arrays import Array
 from zoobench.designs.feasibility import SOLID
 from zoobench.errors import Divergence
+from zoobench.sim.model.diagnostics import BEYOND
 from zoobench.sim.model.scene import Scene
 from zoobench.spec import LEAST_WALL_GAP, WALL_GAP
 from zoobench.tasks.base import Metric, Motion
 
 _ADVICE = "The robot met a side of its arena: give a larger arena where it has a length, or fewer frames."
 """Where a robot failed that had come near a side of its arena, whatever the finding."""
+
+_PRESSED = (
+    "A base that moves has pressed what is below it through the ground: have it go down less, by a lower base_speed or "
+    "fewer frames."
+)
+
+_RAISED = "A base that moves has gone through the ceiling: have it rise less, by a lower base_speed or fewer frames."
 
 _SIDES = (0, 2)
 """The axes along which the arena has sides; the ground and the ceiling do not count."""
@@ -39,9 +47,16 @@ def reading(gaps: Array) -> dict[str, Metric]:
     return {WALL_GAP: Metric(float(gaps.min()), "cells")}
 
 
-def told(failure: Divergence, gap: float) -> Divergence:
-    """The failure of a robot that had come so near to a side [cells]: near one it has met that, and has not torn."""
-    return replace(failure, advice=_ADVICE) if gap < LEAST_WALL_GAP else failure
+def told(failure: Divergence, gap: float, scene: Scene) -> Divergence:
+    """The failure of a robot that had come so near to a side [cells]: near one it has met that, and has not torn.
+
+    A base that moves, which nothing stops, takes its robot through the ground and the ceiling.
+    """
+    if gap < LEAST_WALL_GAP:
+        return replace(failure, advice=_ADVICE)
+    if scene.robot.drive is not None and failure.quantity == BEYOND:
+        return replace(failure, advice=_PRESSED if failure.place[1] < scene.lower[1] else _RAISED)
+    return failure
 
 
 def wall_gaps(

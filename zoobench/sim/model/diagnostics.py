@@ -14,6 +14,9 @@ from zoobench.sim.model.step_limits import LARGEST_COURANT, Condition
 TORN = "distance of neighbours by that at rest"
 """The quantity of a finding that a body is torn."""
 
+BEYOND = "distance beyond the arena in cells"
+"""The quantity of a finding that matter has left the arena."""
+
 LARGEST_ESCAPE = 1.0
 """Cells that a particle may lie beyond a wall plane: the wall is first order, matter sinks in by part of a cell."""
 
@@ -44,7 +47,7 @@ _SHEARS_TOO_FAST = "Matter shears too fast for the step: use a smaller Courant f
 def diagnose(condition: Condition, dt: float, grid_spacing: float) -> Finding | None:
     """The gravest finding in a world's condition after a frame of steps `dt` [s]; None for a healthy one."""
     checks = (
-        ("distance beyond the arena in cells", condition.beyond, LARGEST_ESCAPE, 2,
+        (BEYOND, condition.beyond, LARGEST_ESCAPE, 2,
          "Widen the arena or shorten the episode."),
         ("Courant number", condition.speed * dt / grid_spacing, LARGEST_COURANT, 0, _TOO_FAST),
         ("velocity gradient times dt", condition.shear * dt, 2 * LARGEST_COURANT, 1, _SHEARS_TOO_FAST),
