@@ -3,9 +3,12 @@
 import numpy as np
 import pytest
 
+from zoobench import registry
 from zoobench.designs.arm import Arm
-from zoobench.errors import UsageError
+from zoobench.errors import SceneError, UsageError
+from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
+from zoobench.spec import Ref
 
 
 def test_its_base_is_held_and_its_muscles_run_along_the_rest() -> None:
@@ -27,3 +30,10 @@ def test_impossible_arms_are_refused(given: dict[str, float]) -> None:
     """Before any body is made."""
     with pytest.raises(UsageError):
         Arm(**given)  # type: ignore[arg-type]
+
+
+def test_an_arm_that_hangs_too_high_is_told_how_high() -> None:
+    """It is small enough itself."""
+    grid = Fidelity(1 / 64)
+    with pytest.raises(SceneError, match=r"5 m above the floor.*less clearance"):
+        registry.create(Kind.ENV, Ref("ground")).scene(Arm(clearance=5.0).body(grid), grid)

@@ -163,9 +163,13 @@ class Environment:
         positions = body.positions + shift + np.array([0.0, floor, 0.0])
         if (positions < 0).any() or (positions > size).any():
             extent = tuple(float(length) for length in np.round(np.ptp(body.positions, axis=0), 3))
+            above = float(body.positions[:, 1].min())
+            hung, lower = (
+                (f", {above:.3g} m above the floor,", ", less clearance") if body.anchored is not None else ("", "")
+            )
             raise SceneError(
-                f"A body of {extent} m does not fit into the arena of {tuple(size.tolist())} m with its floor at "
-                f"{floor:g} m. Use a smaller body or a larger arena."
+                f"A body of {extent} m{hung} does not fit into the arena of {tuple(size.tolist())} m with its floor at "
+                f"{floor:g} m. Use a smaller body{lower} or a larger arena."
             )
         placed = ElasticBody.placed(self.robot, body, positions, body.edge)
         anchor = body.anchor(shift + np.array([0.0, floor, 0.0]))
