@@ -1,5 +1,7 @@
 """What needs firm ground is refused elsewhere, before anything runs."""
 
+from typing import Any
+
 import pytest
 
 from tests.conformance.cells import cell
@@ -15,7 +17,7 @@ from zoobench.errors import UsageError
         ({"design": "gripper[base_speed=0.1]", "environment": "desert"}, "'desert' has a bed"),
     ],
 )
-def test_a_base_is_refused_where_it_can_not_be_held_or_not_move(names: dict[str, str], why: str) -> None:
+def test_a_base_is_refused_where_it_can_not_be_held_or_not_move(names: dict[str, Any], why: str) -> None:
     """With the remedy."""
     spec = cell(**names)
     assert why in held_fault(spec)
@@ -31,6 +33,6 @@ def test_a_base_is_refused_where_it_can_not_be_held_or_not_move(names: dict[str,
         {"environment": "ocean"},
     ],
 )
-def test_what_can_be_held_and_what_has_no_base_is_not_refused(names: dict[str, str]) -> None:
+def test_what_can_be_held_and_what_has_no_base_is_not_refused(names: dict[str, Any]) -> None:
     """A base that does not move may hang above a bed."""
     assert not held_fault(cell(**names))
