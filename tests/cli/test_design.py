@@ -106,10 +106,14 @@ def test_the_body_that_a_run_has_found_is_exported_and_drawn(zoobench: Command, 
 
 
 def test_picture_prints_the_files_that_it_wrote(zoobench: Command, tmp_path: Path) -> None:
-    """One for each environment and the sheet, on standard output alone."""
+    """One for each environment where the body can be and the sheet, on standard output alone."""
     needs_drawing()
-    reply = zoobench("design", "picture", "--env", "ground,ice", "--fidelity", "smoke", "--out", tmp_path / "made")
+    reply = zoobench(
+        "design", "picture", "--design", "gripper", "--env", "ground,ice,ocean", "--fidelity", "smoke", "--out",
+        tmp_path / "made",
+    )  # fmt: skip
     assert reply.code == 0, reply.err
+    assert "ocean: left out" in reply.err
     paths = [Path(line) for line in reply.out.splitlines()]
     assert [path.name for path in paths] == ["ground.png", "ice.png", "environments.png"]
     assert all(path.read_bytes().startswith(b"\x89PNG") for path in paths)

@@ -16,7 +16,7 @@ from zoobench.cli.options import (
 )
 from zoobench.cli.output import say
 from zoobench.cli.solutions import archive_of, body_of_run, names_run
-from zoobench.errors import UsageError
+from zoobench.errors import SceneError, UsageError
 from zoobench.spec import Ref
 
 design = App(no_args_is_help=True, help="Export and draw bodies.")
@@ -110,20 +110,27 @@ def picture(
     from zoobench.harness.grid import parse_one, parse_selector
     from zoobench.registry import Kind
     from zoobench.render.canvas import check_drawing
-    from zoobench.render.recording import snapshots
+    from zoobench.render.recording import Snapshot, snapshots
     from zoobench.render.stills import draw_snapshots
 
     check_drawing()
-    shots = []
-    for shot in snapshots(
-        parse_selector(env, Kind.ENV),
-        design=parse_one(design, Kind.DESIGN),
-        controller=parse_one(controller, Kind.CONTROLLER),
-        fidelity=parse_one(fidelity, Kind.FIDELITY),
-        frames=frames,
-        seed=seed,
-    ):
-        say(f"{shot.env}: simulated")
-        shots.append(shot)
+    envs = parse_selector(env, Kind.ENV)
+    shots: list[Snapshot] = []
+    for name in envs:
+        try:
+            shots += snapshots(
+                [name],
+                design=parse_one(design, Kind.DESIGN),
+                controller=parse_one(controller, Kind.CONTROLLER),
+                fidelity=parse_one(fidelity, Kind.FIDELITY),
+                frames=frames,
+                seed=seed,
+            )
+        except SceneError as error:
+            if len(envs) == 1 or (name == envs[-1] and not shots):
+                raise
+            say(f"{name}: left out. {error}")
+        else:
+            say(f"{shots[-1].env}: simulated")
     for path in draw_snapshots(shots, out):
         print(path)

@@ -6,7 +6,9 @@ import gymnasium
 from gymnasium.envs.registration import namespace, register
 
 from zoobench import registry
+from zoobench.cell.firm_ground import HELD
 from zoobench.registry import Kind
+from zoobench.spec import Ref
 
 _NAMESPACE = "zoobench"
 FRAMES = 200
@@ -16,21 +18,25 @@ FRAMES = 200
 def register_envs() -> None:
     """Register every possible combination of environment, body and task once.
 
-    A task with an object has a box ahead of the robot, where an environment takes objects.
+    A task with an object has a box ahead of the robot, or below one that hangs, where an environment takes objects;
+    nothing hangs in the water of an environment.
     """
+    wet = {name for name in registry.names(Kind.ENV) if registry.create(Kind.ENV, Ref(name)).water is not None}
     for env, design, task in product(registry.names(Kind.ENV), _bodies(), _tasks()):
         name = name_of(env, design, task)
         is_with_object = registry.get(Kind.TASK, task).needs_object
+        hangs = HELD in registry.get(Kind.DESIGN, design).tags
         is_impossible = is_with_object and "object" not in registry.get(Kind.ENV, env).parameters
-        if is_impossible or f"{_NAMESPACE}/{name}" in gymnasium.registry:
+        if is_impossible or (hangs and env in wet) or f"{_NAMESPACE}/{name}" in gymnasium.registry:
             continue
+        settings = f"[object=box{',object_place=below' * hangs}]" * is_with_object
         with namespace(_NAMESPACE):
             register(
                 id=name,
                 entry_point="zoobench.gym.single:ZooEnv",
                 vector_entry_point="zoobench.gym.vector:ZooVectorEnv",
                 max_episode_steps=FRAMES,
-                kwargs={"env": f"{env}[object=box]" if is_with_object else env, "design": design, "task": task},
+                kwargs={"env": f"{env}{settings}", "design": design, "task": task},
             )
 
 
