@@ -64,6 +64,25 @@ def test_the_gradient_by_the_channels_of_a_base_is_that_of_differences() -> None
 
 
 @pytest.mark.parametrize(
+    ("environment", "direction", "what"),
+    [
+        ("ground", -2, "through the ground"),
+        ("ground[obstacle=ceiling,obstacle_distance=0.02,obstacle_opening=0.2]", -3, "base in what is held"),
+    ],
+)
+def test_a_base_that_goes_where_nothing_can_be_has_no_score(environment: str, direction: int, what: str) -> None:
+    """Down into the ground, or ahead into an obstacle: the failure says so, and what to do."""
+    problem = Problem(
+        small_cell(environment=environment, task="reach", design="arm[base_speed=1]", fidelity="smoke", frames=40)
+    )
+    parameters = np.zeros(problem.parameter_count)
+    parameters[direction] = -9.0 if direction == -2 else 9.0
+    found = problem.evaluate(parameters)
+    assert what in str(found.failure)
+    assert "lower base_speed" in str(found.failure)
+
+
+@pytest.mark.parametrize(
     "given", [{"fingers": 5}, {"opening": 0.0}, {"fingers": 4, "opening": 0.02}, {"base_speed": -0.1}]
 )
 def test_impossible_grippers_are_refused(given: dict[str, float]) -> None:

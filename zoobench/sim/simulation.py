@@ -44,6 +44,7 @@ class Simulation:
         alive: `[worlds]` 0 for a world that has diverged.
         start: the state of all worlds at time zero, one slot.
         offsets: `[worlds, 3]` how far the arena has moved after the robot [m].
+        driven: the particles of a base that moves.
 
     Raises:
         SceneError: the arena has more grid nodes than can be held, or on a GPU matter fills more.
@@ -93,7 +94,7 @@ class Simulation:
             covered = cover(scene.robot.positions, scene.robot.volumes, fidelity.grid_spacing)
             self.parameters.cover[:] = self.tensor(covered)
         drive = scene.robot.drive
-        self._driven = np.flatnonzero(drive.particles) if drive is not None else np.zeros(0, np.int64)
+        self.driven: IntArray = np.flatnonzero(drive.particles) if drive is not None else np.zeros(0, np.int64)
         self._muscle_energy = MuscleEnergy(scene.robot.material.muscle_strength)
         self._membership: tuple[Array, Tensor] | None = None  # of a body, and the same on the device
         self.set_body(with_objects(BodyState().filled(scene, worlds), scene))
@@ -200,10 +201,10 @@ class Simulation:
         self.parameters.mass[:, :count] = self.tensor(mass)
         self.parameters.stiffness[:] = self.tensor(arrays["stiffness"])
         self.parameters.fibre[:] = self.tensor(arrays["fibres"])
-        if self._driven.size:
-            self.parameters.mass[:, self._driven] *= HEAVINESS
-            self.parameters.stiffness[:, self._driven] = 0.0
-            self.parameters.fibre[:, self._driven] = 0.0  # at rest
+        if self.driven.size:
+            self.parameters.mass[:, self.driven] *= HEAVINESS
+            self.parameters.stiffness[:, self.driven] = 0.0
+            self.parameters.fibre[:, self.driven] = 0.0  # at rest
         self._muscle_energy.set_body(self.parameters)
         self._membership = None
         if medium is not None:
@@ -230,15 +231,15 @@ class Simulation:
         """Give a robot's driven particles the velocity that the actuation of a frame `[worlds, muscles]` asks for."""
         if (drive := self.scene.robot.drive) is not None:
             velocity = self.tensor(drive.speed * actuation[:, -3:])
-            self.parameters.fibre[:, self._driven] = velocity[:, None]
+            self.parameters.fibre[:, self.driven] = velocity[:, None]
 
     def by_base(self, by_velocity: Tensor) -> Array:
         """Derivative of a loss by the actuation of a frame `[worlds, muscles]`, from that by the velocities of the
         driven particles, in the place of their fibres `[worlds, robot, 3]`, which is used up."""
         found = np.zeros((self.worlds, self.muscle_count))
         if (drive := self.scene.robot.drive) is not None:
-            found[:, -3:] = drive.speed * by_velocity[:, self._driven].double().sum(1).cpu().numpy()
-            by_velocity[:, self._driven] = 0.0
+            found[:, -3:] = drive.speed * by_velocity[:, self.driven].double().sum(1).cpu().numpy()
+            by_velocity[:, self.driven] = 0.0
         return found
 
     def by_actuation(self, rollout: Rollout, by_tension: Tensor) -> Array:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from zoobench.arrays import Array
 from zoobench.errors import Divergence
-from zoobench.sim.model.diagnostics import Finding, Neighbours, diagnose, torn
+from zoobench.sim.model.diagnostics import Finding, HeldMatter, Neighbours, diagnose, torn
 from zoobench.sim.model.rollout import Feedback, Rollout
 from zoobench.sim.model.state import IntArray
 from zoobench.sim.model.step_limits import MOST_REFINEMENT, Condition, StepLimit, object_label, step_now
@@ -122,6 +122,7 @@ class StepControl:
         moves = simulation.scene.follows and simulation.fidelity.robot == "mpm"  # a robot in its rest frame needs none
         self._arena = MovingArena(simulation) if moves else None
         self._diagnostics = Diagnostics(simulation)
+        self._held = HeldMatter(simulation.scene) if simulation.scene.robot.drive is not None else None
         self._feedback = feedback
         self._conditions: list[Condition] = []
         self.ready(0)
@@ -168,6 +169,7 @@ class StepControl:
         for world, (count, condition) in enumerate(zip(counts.tolist(), self._conditions, strict=True)):
             if count:
                 self._check_tears(world, frame, condition, growths)
+                self._check_base(world, frame)
                 rollout.guarded[world] += int(condition.guarded)
                 rollout.smallest_j[world] = min(rollout.smallest_j[world], condition.smallest_j)
 
@@ -254,6 +256,17 @@ class StepControl:
                 step = int(rollout.counts[: frame + 1, world].sum())
                 rollout.tears[world] = self._diagnostics.divergence(world, frame, step, finding)
                 return
+
+    def _check_base(self, world: int, frame: int) -> None:
+        """Note a world in which a base that moves has gone into the ground or into a body that is held."""
+        sim, rollout = self._sim, self._rollout
+        if self._held is None or world in rollout.tears:
+            return
+        driven = sim.driven
+        places = sim.matter.x[0, world, driven].double().cpu().numpy() + sim.origins[world]
+        if finding := self._held.entered(places, driven):
+            step = int(rollout.counts[: frame + 1, world].sum())
+            rollout.tears[world] = self._diagnostics.divergence(world, frame, step, finding)
 
     def _failures(self, frame: int) -> dict[int, Finding]:
         """The finding of every world alive whose state after the frame is refused."""

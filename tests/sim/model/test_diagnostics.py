@@ -10,11 +10,12 @@ import torch
 
 from tests.sim import scenes
 from zoobench.errors import Divergence, DivergenceError
-from zoobench.sim.model.diagnostics import Neighbours
-from zoobench.sim.model.elastic_bodies import ElasticBody
+from zoobench.sim.model.diagnostics import HeldMatter, Neighbours
+from zoobench.sim.model.elastic_bodies import ElasticBody, SceneObject
 from zoobench.sim.model.lattice import fill_box
+from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.rollout import Rollout
-from zoobench.sim.model.scene import Scene
+from zoobench.sim.model.scene import Ground, Scene
 from zoobench.sim.model.step_limits import choose_step
 from zoobench.sim.solver import BodyState, Solver
 
@@ -241,3 +242,24 @@ def test_a_robot_that_parts_without_strain_has_torn() -> None:
     assert found.quantity == "distance of neighbours by that at rest"
     assert found.value > found.limit == 4.0
     assert not rollout.divergences
+
+
+def test_a_base_in_the_ground_or_in_what_is_held_is_found() -> None:
+    """By its deepest particle, whose number among the robot's is given; matter that is free does not count."""
+    rubber = ElasticMaterial(youngs_modulus=1e4, poissons_ratio=0.2, density=1000.0)
+    cube = ElasticBody.passive(rubber, fill_box(np.full(3, 0.2), np.full(3, 0.4), 0.1, 8), np.full(64, 0.05**3))
+    things = [
+        replace(cube, positions=cube.positions + np.array([0.0, 0.3, 0.0])),
+        replace(cube, anchor=((-9.0, -9.0, -9.0), (9.0, 9.0, 9.0))),
+    ]
+    objects = (SceneObject("free", things[0]), SceneObject("held", things[1]))
+    robot = ElasticBody.passive(rubber, np.full((1, 3), 0.9), np.array([1e-4]))
+    held = HeldMatter(Scene(robot, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0), ground=Ground(0.5), objects=objects))
+    numbers = np.array([4, 7])
+    assert held.entered(np.array([[0.3, 0.6, 0.3], [0.5, 0.01, 0.5]]), numbers) is None
+    for place, what in (([0.5, -0.02, 0.5], "ground"), ([0.31, 0.31, 0.31], "held")):
+        found = held.entered(np.array([[0.8, 0.8, 0.8], place]), numbers)
+        assert found is not None
+        assert what in found.quantity
+        assert found.particle == 7
+        assert found.value > found.limit == 0.0

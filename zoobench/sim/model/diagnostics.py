@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from zoobench.arrays import Array
+from zoobench.sim.model.scene import Scene
+from zoobench.sim.model.state import IntArray
 from zoobench.sim.model.step_limits import LARGEST_COURANT, Condition
 
 TORN = "distance of neighbours by that at rest"
@@ -41,6 +43,7 @@ class Finding:
 
 
 _TOO_FAST = "Matter moves too fast for the step: use a smaller Courant fraction."
+_STOPS_NOT = "Nothing stops a base that moves: have it move less, by a lower base_speed or fewer frames."
 _SHEARS_TOO_FAST = "Matter shears too fast for the step: use a smaller Courant fraction."
 
 
@@ -85,6 +88,32 @@ def torn(growth: float, particle: int, stretch: float, cell: float, body: str = 
     remedy = "lower the actuation" if body == "robot" else "make it stiffer"
     advice = f"The {body} is torn: {remedy}, or use more particles per cell."
     return Finding(TORN, growth, limit, 0, advice, particle)
+
+
+class HeldMatter:
+    """What a base that moves would go through, since nothing stops it: the ground, and bodies that are held."""
+
+    def __init__(self, scene: Scene) -> None:
+        from scipy.spatial import cKDTree
+
+        held = [each.body for each in scene.objects if each.body.anchor is not None]
+        self._floor = scene.lower[1] if scene.ground is not None else -math.inf
+        self._trees = [(cKDTree(body.positions), 0.5 * float(body.volumes.max()) ** (1 / 3)) for body in held]
+
+    def entered(self, places: Array, particles: IntArray) -> Finding | None:
+        """The finding that particles of a base, at these places `[count, 3]` [m], are within any of it."""
+        low = int(places[:, 1].argmin())
+        if places[low, 1] < self._floor:
+            depth = float(self._floor - places[low, 1])
+            return Finding("depth of the base in the ground [m]", depth, 0.0, 0, _STOPS_NOT, int(particles[low]))
+        for tree, near in self._trees:
+            distances, _ = tree.query(places, p=math.inf, distance_upper_bound=near)  # cubes
+            inside = int(distances.argmin())
+            if distances[inside] < near:
+                depth = near - float(distances[inside])
+                what = "depth of the base in what is held [m]"
+                return Finding(what, depth, 0.0, 0, _STOPS_NOT, int(particles[inside]))
+        return None
 
 
 class Neighbours:

@@ -79,7 +79,8 @@ class Rollout:
         tension: `[frames, worlds, robot]` active stress that follows from it [Pa]; 0 in frames that were not simulated.
         muscle_potential: `[frames + 1, worlds, muscles]` active energy per unit of activity at frame boundaries [J].
         divergences: the worlds that diverged; their remaining frames repeat the last healthy state.
-        tears: the worlds whose robot tore, as it was first found; they were simulated on, in pieces.
+        tears: the worlds whose robot tore, or whose base went into what nothing moves, as it was first found; they
+            were simulated on.
         counts: `[frames, worlds]` substeps taken, 0 for a world that had diverged before; those of a frame are of equal
             length.
         retries: `[worlds]` how many times a frame was repeated with half the step.
