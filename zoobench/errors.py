@@ -73,6 +73,10 @@ def reason(error: OSError | UnicodeError) -> str:
     return "it is no text in UTF-8" if isinstance(error, UnicodeError) else error.strerror or str(error)
 
 
+BEYOND = "distance beyond the arena in cells"
+"""The quantity of a divergence by matter that has left the arena."""
+
+
 @dataclass(frozen=True)
 class Divergence:
     """Where and how a simulation diverged.

@@ -7,8 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from zoobench.arrays import Array
 from zoobench.designs.feasibility import SOLID
-from zoobench.errors import Divergence
-from zoobench.sim.model.diagnostics import BEYOND
+from zoobench.errors import BEYOND, Divergence
 from zoobench.sim.model.scene import Scene
 from zoobench.spec import LEAST_WALL_GAP, WALL_GAP
 from zoobench.tasks.base import Metric, Motion

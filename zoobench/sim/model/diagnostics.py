@@ -9,15 +9,13 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from zoobench.arrays import Array
+from zoobench.errors import BEYOND
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.state import IntArray
 from zoobench.sim.model.step_limits import LARGEST_COURANT, Condition
 
 TORN = "distance of neighbours by that at rest"
 """The quantity of a finding that a body is torn."""
-
-BEYOND = "distance beyond the arena in cells"
-"""The quantity of a finding that matter has left the arena."""
 
 LARGEST_ESCAPE = 1.0
 """Cells that a particle may lie beyond a wall plane: the wall is first order, matter sinks in by part of a cell."""
