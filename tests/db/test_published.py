@@ -83,10 +83,11 @@ LEFT = replace(BEST, fidelity=COARSE, env=replace(BEST.env, version=6), frames=6
         (replace(LEFT, design=LEFT.design.with_defaults(width=0.1)), "a"),
         (replace(LEFT, env=replace(LEFT.env, version=7)), "z"),
         (replace(LEFT, env=replace(LEFT.env, version=5)), "a"),
+        (replace(LEFT, env=replace(LEFT.env, version=7, params=(*LEFT.env.params, ("object", "box")))), "a"),
         (replace(LEFT, fidelity=FINE), "z"),
         (replace(LEFT, frames=100), "z"),
     ],
-    ids=["controller", "settings", "later version", "earlier version", "finer", "longer"],
+    ids=["controller", "settings", "later version", "earlier version", "object", "finer", "longer"],
 )
 def test_the_best_of_several_boards_is_the_best_by_score_where_scores_compare(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, right: RunSpec, chosen: str
@@ -118,7 +119,7 @@ def test_the_boards_of_this_package_give_their_best() -> None:
     for space in ("implicit", "particle", "voxel", "diff-cppn", "sdf-lerp", "barycenter"):
         found = published.named(f"best:ocean/movement-speed/{space}")
         every = [each for each in published._all(published.folder()) if each.spec.design.name == space]
-        alike = [each for each in every if published._standing(each)[:3] == published._standing(found)[:3]]
+        alike = [each for each in every if published._standing(each)[:4] == published._standing(found)[:4]]
         whole = [each for each in alike if not each.tears] or alike
         away = [each for each in whole if not each.at_wall] or whole
         assert found.score == max(each.score for each in away)

@@ -79,11 +79,12 @@ def named(text: str) -> PublishedRun:
     """The solution of this name: the best by score among those of the name whose scores compare.
 
     Scores are larger the better in every task. They compare where the question was the same: the same versions of
-    environment, task and design, the same fidelity, and as many frames. Of several such groups that of the latest
-    versions is taken, then of the finest grid, then of the longest episode: a coarse grid or a short episode may
-    flatter, so that 0.20 m/s there need not be less than 0.24 here. Controller, method, budget and the settings of a
-    design may differ, since scores are to compare these. A solution that tears on a finer grid, or was found
-    at a wall, is taken only if the group has no other.
+    environment, task and design, the same fidelity, and as many frames. Of several such groups that of the environment
+    with the fewest settings is taken, as an obstacle makes another question, then that of the latest versions, then of
+    the finest grid, then of the longest episode: a coarse grid or a short episode may flatter, so that 0.20 m/s there
+    need not be less than 0.24 here. Controller, method, budget and the settings of a design may differ, since scores
+    are to compare these. A solution that tears on a finer grid, or was found at a wall, is taken only if the group has
+    no other.
 
     Raises:
         UnknownNameError: there is none; suggests the nearest.
@@ -102,7 +103,7 @@ def _standing(run: PublishedRun) -> tuple[object, ...]:
     spec = run.spec
     versions = tuple(ref.version for ref in (spec.env, spec.task, spec.design))
     spacing = spec.fidelity.kwargs.get("grid_spacing", math.inf)
-    return versions, -float(spacing), spec.frames, not run.tears, not run.at_wall, run.score
+    return -len(spec.env.params), versions, -float(spacing), spec.frames, not run.tears, not run.at_wall, run.score
 
 
 def start(key: str) -> Start | None:
