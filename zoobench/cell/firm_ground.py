@@ -11,6 +11,11 @@ HELD = "anchored"
 """Tag of designs that hang from a base."""
 
 
+def firm_ground_fault(spec: RunSpec) -> str:
+    """Why the run needs firm ground and has none, for its robot's rest frame or its base; empty if it does not."""
+    return rest_frame_fault(spec) or held_fault(spec)
+
+
 def rest_frame_fault(spec: RunSpec) -> str:
     """Why the run's robot cannot be simulated in its rest frame; empty if it can, or if it is not to be."""
     if spec.fidelity.kwargs.get("robot") != "lagrangian":
@@ -50,5 +55,5 @@ def held_fault(spec: RunSpec) -> str:
 def check_firm_ground(specs: Iterable[RunSpec]) -> None:
     """Raise a `UsageError` if some run needs firm ground, for its robot's rest frame or its base, and has none."""
     for spec in specs:
-        if fault := rest_frame_fault(spec) or held_fault(spec):
+        if fault := firm_ground_fault(spec):
             raise UsageError(fault)

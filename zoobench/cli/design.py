@@ -1,5 +1,6 @@
 """`zoobench design`: files and pictures of bodies."""
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -114,20 +115,20 @@ def picture(
     from zoobench.render.stills import draw_snapshots
 
     check_drawing()
-    envs = parse_selector(env, Kind.ENV)
-    shots: list[Snapshot] = []
+    envs, shots = parse_selector(env, Kind.ENV), list[Snapshot]()
+    draw = partial(
+        snapshots,
+        design=parse_one(design, Kind.DESIGN),
+        controller=parse_one(controller, Kind.CONTROLLER),
+        fidelity=parse_one(fidelity, Kind.FIDELITY),
+        frames=frames,
+        seed=seed,
+    )
     for name in envs:
         try:
-            shots += snapshots(
-                [name],
-                design=parse_one(design, Kind.DESIGN),
-                controller=parse_one(controller, Kind.CONTROLLER),
-                fidelity=parse_one(fidelity, Kind.FIDELITY),
-                frames=frames,
-                seed=seed,
-            )
+            shots += draw([name])
         except SceneError as error:
-            if len(envs) == 1 or (name == envs[-1] and not shots):
+            if name == envs[-1] and not shots:
                 raise
             say(f"{name}: left out. {error}")
         else:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from itertools import product
 
 from zoobench import registry
-from zoobench.cell.firm_ground import held_fault, rest_frame_fault
+from zoobench.cell.firm_ground import firm_ground_fault
 from zoobench.cell.task_fault import task_fault
 from zoobench.errors import UnknownNameError, UsageError
 from zoobench.registry import Kind
@@ -160,7 +160,7 @@ def _why_impossible(spec: RunSpec) -> str | None:
         return (
             f"Water on a grid is not simulated on a GPU, and {spec.env.name!r} is full of it. Simulate that on the CPU."
         )
-    if fault := rest_frame_fault(spec) or held_fault(spec):
+    if fault := firm_ground_fault(spec):
         return fault
     if NEEDS_GRADIENT not in method.tags:
         return None

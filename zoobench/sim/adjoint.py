@@ -137,16 +137,14 @@ class Adjoint:
 
     def _advance(self, states: Matter, first: IntArray, part: Part, stride: int) -> None:
         sim = self._sim
-        sim.parameters.set_tension(self._rollout.tension[part.frame])
-        sim.move_base(self._rollout.actuation[part.frame])
+        sim.repeat_tension(self._rollout, part.frame)
         sim.put_to_sleep(self._rollout.asleep[part.frame])
         sim.advance(states, first, part.counts, stride=stride, whole=self._counts[part.frame])
         sim.meter.recomputed += int(part.counts.sum())
 
     def _reverse(self, part: Part, first: IntArray) -> None:
         sim = self._sim
-        sim.parameters.set_tension(self._rollout.tension[part.frame])
-        sim.move_base(self._rollout.actuation[part.frame])
+        sim.repeat_tension(self._rollout, part.frame)
         for world, move in reversed(self._moves_after(part)):
             end_adjoint(sim, self._state, world, move)
         for world in part.stops.nonzero()[0].tolist():
@@ -191,10 +189,10 @@ class Adjoint:
         """Take the adjoint of a frame's tension, from which follow those of its actuation and the muscle membership."""
         tension = self._parameters.tension
         if self._sim.muscle_count and frame >= self._rollout.equilibration:
-            self._actuation[frame] = self._sim.by_actuation(self._rollout, tension)
-            self._actuation[frame] += self._sim.by_base(self._parameters.fibre)
+            self._actuation[frame] = self._sim.by_actuation(self._rollout, self._parameters)
         fetch(self._tension[frame], tension)
         tension.zero_()
+        self._parameters.fibre[:, self._sim.driven] = 0.0
 
     def _collect(self) -> Gradient:
         sim, body = self._sim, self._rollout.body

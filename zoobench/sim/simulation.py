@@ -216,7 +216,7 @@ class Simulation:
         """Apply a control frame's actuation: the active stress of every robot particle, which is noted."""
         if not self.muscle_count:
             return
-        self.move_base(rollout.actuation[frame])
+        self._move_base(rollout.actuation[frame])
         strength, actuation = self.scene.robot.material.muscle_strength, rollout.actuation[frame]
         if self._device == "cpu":
             rollout.tension[frame] = strength * np.einsum("wpk,wk->wp", rollout.body["muscle_membership"], actuation)
@@ -227,30 +227,30 @@ class Simulation:
             fetch(rollout.tension[frame], tension)
             self.parameters.tension[...] = tension
 
-    def move_base(self, actuation: Array) -> None:
+    def _move_base(self, actuation: Array) -> None:
         """Give a robot's driven particles the velocity that the actuation of a frame `[worlds, muscles]` asks for."""
         if (drive := self.scene.robot.drive) is not None:
             velocity = self.tensor(drive.speed * actuation[:, -3:])
             self.parameters.fibre[:, self.driven] = velocity[:, None]
 
-    def by_base(self, by_velocity: Tensor) -> Array:
-        """Derivative of a loss by the actuation of a frame `[worlds, muscles]`, from that by the velocities of the
-        driven particles, in the place of their fibres `[worlds, robot, 3]`, which is used up."""
-        found = np.zeros((self.worlds, self.muscle_count))
-        if (drive := self.scene.robot.drive) is not None:
-            found[:, -3:] = drive.speed * by_velocity[:, self.driven].double().sum(1).cpu().numpy()
-            by_velocity[:, self.driven] = 0.0
-        return found
+    def repeat_tension(self, rollout: Rollout, frame: int) -> None:
+        """Apply a control frame's actuation once more, by the active stress that was noted."""
+        self.parameters.set_tension(rollout.tension[frame])
+        self._move_base(rollout.actuation[frame])
 
-    def by_actuation(self, rollout: Rollout, by_tension: Tensor) -> Array:
-        """Derivative of a loss by the actuation of a frame `[worlds, muscles]`, from that by its tension
-        `[worlds, robot]`."""
+    def by_actuation(self, rollout: Rollout, adjoint: Parameters) -> Array:
+        """Derivative of a loss by the actuation of a frame `[worlds, muscles]`, from that by its tension and by the
+        velocity of the driven particles, which is in the place of their fibres."""
         strength = self.scene.robot.material.muscle_strength
-        by_activity = strength * by_tension.double()
+        by_activity = strength * adjoint.tension.double()
         if self._device == "cpu":
             membership = rollout.body["muscle_membership"]
-            return np.asarray(np.einsum("wpk,wp->wk", membership, by_activity.numpy()))
-        return torch.einsum("wpk,wp->wk", self._on_device(rollout), by_activity).cpu().numpy()
+            found = np.asarray(np.einsum("wpk,wp->wk", membership, by_activity.numpy()))
+        else:
+            found = torch.einsum("wpk,wp->wk", self._on_device(rollout), by_activity).cpu().numpy()
+        if (drive := self.scene.robot.drive) is not None:
+            found[:, -3:] += drive.speed * adjoint.fibre[:, self.driven].double().sum(1).cpu().numpy()
+        return found
 
     def _on_device(self, rollout: Rollout) -> Tensor:
         """The muscle membership of a rollout's robots, which stays on the device until they are others."""

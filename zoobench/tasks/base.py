@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, ClassVar, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -51,6 +51,10 @@ class ObjectMotion:
 
     def axes(self) -> "Tensor":
         """Directions of the object's x, y and z axis as rows `[frames + 1, worlds, 3, 3]`, see `axes_of`."""
+        return self._axes
+
+    @cached_property
+    def _axes(self) -> "Tensor":
         return axes_of(self.positions, self.rest, self.share)
 
 

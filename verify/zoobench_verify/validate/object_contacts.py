@@ -52,6 +52,21 @@ def on_a_back(cells: int, acceleration: float, friction: float, seconds: float =
     return times, np.array(speeds)
 
 
+def speeds_of(rig: Rig, index: slice, count: int, every: int = 1) -> tuple[Array, Array]:
+    """Times [s], and mean speeds along x [m/s] of these particles, at so many intervals of `every` substeps."""
+    times, speeds = rig.times(count, every), [float(rig.v[index, 0].mean())]
+    for _ in times[1:]:
+        rig.advance(every)
+        speeds.append(float(rig.v[index, 0].mean()))
+    return times, np.array(speeds)
+
+
+def late_rate(times: Array, values: Array) -> float:
+    """Rate of change after the first third, by which a motion has settled."""
+    late = times > 0.3 * times[-1]
+    return float(np.polyfit(times[late], values[late], 1)[0])
+
+
 @case(
     "slip-on-back",
     "Coulomb 1785: a = μ g, of what slips on a faster one",
@@ -66,8 +81,7 @@ def slip_on_back(record: CaseRecorder) -> None:
     for cells in (4, 6, 8):
         for friction in (0.5, 0.0):
             times, speeds = on_a_back(cells, 1.0, friction)
-            late = times > 0.3 * times[-1]
-            excess = float(np.polyfit(times[late], speeds[late], 1)[0]) / GRAVITY - friction
+            excess = late_rate(times, speeds) / GRAVITY - friction
             bound, known = (0.06, None) if friction else (0.02, digs)
             what = f"acceleration beyond μ g, box of {cells} cells, μ = {friction:g}"
             record.within(what, excess, -bound, bound, "g", shortfall=known)
@@ -96,13 +110,7 @@ def rolling(cells: float, friction: float, degrees: float = 10.0, seconds: float
     rolls = SceneObject("ball", ball, ground_friction=friction)
     scene = Scene(grain, (0, 0, 0), size, ground=ground, gravity=down, objects=(rolls,))
     rig = Rig(scene, grid.grid_spacing, 0.008, precision=32)
-    index, every = scene.slice_of("ball"), rig.steps
-    times = rig.times(round(seconds / rig.dt / every), every)
-    speeds = [0.0]
-    for _ in times[1:]:
-        rig.advance(every)
-        speeds.append(float(rig.v[index, 0].mean()))
-    return times, np.array(speeds)
+    return speeds_of(rig, scene.slice_of("ball"), round(seconds / rig.dt / rig.steps), rig.steps)
 
 
 @case("rolling-ball", "a = 5/7 g sin θ of a ball that rolls down a slope", "ball of 4, 6 and 8 cells", precision=32)
@@ -114,8 +122,7 @@ def rolling_ball(record: CaseRecorder) -> None:
     for cells in (4, 6, 8):
         for friction in (0.1, 0.2, 0.5, 1.0):
             times, speeds = rolling(cells, friction)
-            late = times > 0.3 * times[-1]
-            ratio = float(np.polyfit(times[late], speeds[late], 1)[0]) / exact
+            ratio = late_rate(times, speeds) / exact
             what = f"acceleration over 5/7 g sin θ, {cells} cells, μ = {friction:g}"
             record.within(what, ratio, 0.95, 1.05, shortfall=coarse if cells == 4 else None)
             if cells == 6:

@@ -6,13 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from zoobench.arrays import Array
 from zoobench.sim.model.elastic_bodies import Drive, ElasticBody, SceneObject
 from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.scene import Ground, Scene
 from zoobench.sim.model.standing import standing
 from zoobench_verify.cases import CaseRecorder, Shortfall, case
-from zoobench_verify.validate.object_contacts import on_a_back
+from zoobench_verify.validate.object_contacts import late_rate, on_a_back, speeds_of
 from zoobench_verify.validate.rig import GRAVITY, WEIGHTLESS, Rig, Vector, lattice, passive_body
 
 _MATTER = ElasticMaterial(youngs_modulus=1e5, poissons_ratio=0.2, density=600.0)
@@ -146,9 +145,8 @@ def object_flies(record: CaseRecorder) -> None:
         record.at_most(f"error of the way, {cells} cells", 1e3 * float(np.abs(way - exact).max()), 0.5, "mm")
         arm, moving = rig.positions[index] - rig.positions[index].mean(axis=0), rig.v[index] - rig.v[index].mean(axis=0)
         spin = float((arm[:, 2] * moving[:, 0] - arm[:, 0] * moving[:, 2]).sum())
-        spin += (
-            h**2 / 4.0 * float((rig.C[index, 0, 2] - rig.C[index, 2, 0]).sum())
-        )  # within particles (Jiang et al. 2015)
+        # and that within particles (Jiang et al. 2015)
+        spin += h**2 / 4.0 * float((rig.C[index, 0, 2] - rig.C[index, 2, 0]).sum())
         first = float((10.0 * (arm[:, 0] ** 2 + arm[:, 2] ** 2)).sum())
         record.within(f"angular momentum over that at the start, {cells} cells", spin / first, 0.995, 1.005)
         spins.append(spin / first)
@@ -161,8 +159,7 @@ def object_carried(record: CaseRecorder) -> None:
     rates, late_start = [], Shortfall("what has slipped while contact builds up catches up", 0.36)
     for cells in _CELLS:
         times, speeds = on_a_back(cells, 0.3, 0.5)
-        late = times > 0.3 * times[-1]
-        found = float(np.polyfit(times[late], speeds[late], 1)[0]) / GRAVITY
+        found = late_rate(times, speeds) / GRAVITY
         known = late_start if cells == 4 else None
         record.within(f"acceleration of the box, {cells} cells", found, 0.28, 0.32, "g", shortfall=known)
         rates.append(found)
@@ -198,9 +195,7 @@ def _gripped(cells: int, share: float, friction: float = 0.5, seconds: float = 0
             rig.damp(300.0)
         else:
             speeds.append(-float(rig.v[index, 1].mean()))
-    times = np.arange(len(speeds)) * rig.dt
-    late = times > 0.3 * times[-1]
-    return float(np.polyfit(times[late], np.array(speeds)[late], 1)[0]) / GRAVITY
+    return late_rate(rig.times(len(speeds) - 1), np.array(speeds)) / GRAVITY
 
 
 @case("object-gripped", "Coulomb 1785: a = g - 2 μ N / m", "box of 4, 6 and 8 cells", precision=32, is_fast=False)
@@ -272,24 +267,7 @@ def held_table(record: CaseRecorder) -> None:
         rig = Rig(Scene(box, (0, 0, 0), size, gravity=_DOWN, objects=(held,)), h, 0.06, precision=32, courant=0.8)
         rig.equilibrate(150.0, rig.steps)
         rig.v[rig.robot] = 1.0, 0.0, 0.0
-        speeds = _speeds(rig, 0.12)
-        found.append(-_slope(*speeds) / GRAVITY)
+        found.append(-late_rate(*speeds_of(rig, rig.robot, round(0.12 / rig.dt))) / GRAVITY)
         known = digs if cells == 4 else None
         record.within(f"deceleration, {cells} cells", found[-1], 0.36, 0.44, "g", shortfall=known)
     _draw(record, "Box on a table that is held, μ = 0.4", "deceleration [g]", {"MPM": found}, 0.4)
-
-
-def _speeds(rig: Rig, seconds: float) -> tuple[Array, Array]:
-    """Times [s] and mean speeds of the robot along x [m/s]."""
-    times = rig.times(round(seconds / rig.dt))
-    found = [float(rig.v[rig.robot, 0].mean())]
-    for _ in times[1:]:
-        rig.advance(1)
-        found.append(float(rig.v[rig.robot, 0].mean()))
-    return times, np.array(found)
-
-
-def _slope(times: Array, values: Array) -> float:
-    """Rate of change after the first third."""
-    late = times > 0.3 * times[-1]
-    return float(np.polyfit(times[late], values[late], 1)[0])

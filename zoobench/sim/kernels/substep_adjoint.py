@@ -62,11 +62,7 @@ from zoobench.sim.kernels.transfer import (
     gather_value,
     motion_adjoint,
 )
-from zoobench.sim.kernels.velocity_fields import (
-    free_velocity,
-    update_fields_adjoint,
-    velocities_before_ground,
-)
+from zoobench.sim.kernels.velocity_fields import free_velocity, update_fields_adjoint, velocities_before_ground
 
 
 @ti.func

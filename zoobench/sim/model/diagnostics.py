@@ -48,8 +48,7 @@ _SHEARS_TOO_FAST = "Matter shears too fast for the step: use a smaller Courant f
 def diagnose(condition: Condition, dt: float, grid_spacing: float) -> Finding | None:
     """The gravest finding in a world's condition after a frame of steps `dt` [s]; None for a healthy one."""
     checks = (
-        (BEYOND, condition.beyond, LARGEST_ESCAPE, 2,
-         "Widen the arena or shorten the episode."),
+        (BEYOND, condition.beyond, LARGEST_ESCAPE, 2, "Widen the arena or shorten the episode."),
         ("Courant number", condition.speed * dt / grid_spacing, LARGEST_COURANT, 0, _TOO_FAST),
         ("velocity gradient times dt", condition.shear * dt, 2 * LARGEST_COURANT, 1, _SHEARS_TOO_FAST),
     )  # fmt: skip
