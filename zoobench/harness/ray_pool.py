@@ -238,8 +238,9 @@ class RayPool:
             except (ConnectionError, ValueError) as error:
                 raise UsageError(f"No Ray cluster answers at {address!r}: {error}") from None
         try:
-            nodes = ray.nodes()  # type: ignore[no-untyped-call]
-            self._resources = resources(allowed(), memory, (node["Resources"] for node in nodes if node["Alive"]))
+            list_nodes: Any = ray.nodes  # has no types
+            nodes = (node["Resources"] for node in list_nodes() if node["Alive"])
+            self._resources = resources(allowed(), memory, nodes)
         except UsageError:
             self.__exit__()
             raise
