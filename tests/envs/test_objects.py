@@ -13,7 +13,8 @@ from zoobench.arrays import Array
 from zoobench.cell.firm_ground import rest_frame_fault
 from zoobench.designs.base import Body
 from zoobench.envs.base import Environment
-from zoobench.envs.objects import PROPORTIONS, Objects
+from zoobench.envs.object_solids import PROPORTIONS
+from zoobench.envs.objects import Objects
 from zoobench.errors import SceneError, UsageError
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity

@@ -2,33 +2,24 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar, Literal
+from typing import Literal
 
 import numpy as np
 
 from zoobench.arrays import Array
 from zoobench.designs.base import Body, sampled_once
 from zoobench.designs.grouping import Grouping, Scheme, check_count, check_used, group
-from zoobench.designs.mesh_file import FORMATS, FileMesh, load
+from zoobench.designs.mesh_file import FileMesh, MeshPath, load, upward
 from zoobench.designs.pose import Direction, check_directions, directions, mirror_symmetry, pose_note, turned
 from zoobench.designs.sampling import Shape
 from zoobench.designs.scale import METRES, Unit, check_scale, checked_size, scale_note
-from zoobench.designs.solid_mesh import Mesh
+from zoobench.designs.solid_mesh import Mesh, shape_of
 from zoobench.designs.thin_parts import Thickness, lattice_within, pieces_note, whole_sample
-from zoobench.inputs import InputFile, path_of
 from zoobench.registry import Kind, register
 from zoobench.sim.model.fidelity import Fidelity
 
 _ASSUMED = 0.10  # [m] length of a body of which neither length nor unit is given
-_POINTS = 1_000_000  # by which a mesh is sampled: some of them lie in a fin of a millimetre
 _END = 0.25  # of the length: head and tail
-
-
-class MeshPath(InputFile):
-    """Annotation of a parameter that names a mesh."""
-
-    __slots__ = ()
-    endings: ClassVar[tuple[str, ...]] = tuple(f".{kind}" for kind in FORMATS)
 
 
 @register(Kind.DESIGN, "mesh", version=4, tags=("file",))
@@ -78,16 +69,14 @@ class MeshDesign:
 
     @property
     def _up(self) -> Direction:
-        if self.up != "format":
-            return self.up
-        return "y" if path_of(self.path).suffix.lower() == ".glb" else "z"
+        return upward(self.path) if self.up == "format" else self.up
 
     @cached_property
     def _directions(self) -> tuple[str, str]:
         """The directions ahead and up in the file."""
         raw = self._file.mesh
         points = raw.vertices
-        if self._up == "auto" and len(within := lattice_within(_shape(raw), raw.volume())[0]):
+        if self._up == "auto" and len(within := lattice_within(shape_of(raw), raw.volume())[0]):
             points = within  # a wire may lie between all of them
         size = np.ptp(raw.vertices, axis=0)
         return directions(self.ahead, self._up, size, lambda axis: mirror_symmetry(points, raw.inside, axis))
@@ -136,7 +125,7 @@ class MeshDesign:
     @cached_property
     def shape(self) -> Shape:
         """The solid, standing on y = 0."""
-        return _shape(self.mesh)
+        return shape_of(self.mesh)
 
     @cached_property
     def _thickness(self) -> Thickness:
@@ -168,8 +157,3 @@ class MeshDesign:
             fibres=self.groups.fibres(sample.positions),  # they vary smoothly
             notes=(*self.notes, *sample.notes),
         )
-
-
-def _shape(mesh: Mesh) -> Shape:
-    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
-    return Shape(mesh.inside, (low[0], low[1], low[2]), (high[0], high[1], high[2]), _POINTS)

@@ -4,18 +4,27 @@ import re
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
+from typing import ClassVar, Literal
 
 import numpy as np
 
 from zoobench.designs.mesh_repair import repaired, trimesh_or_advice
-from zoobench.designs.solid_mesh import Mesh
+from zoobench.designs.solid_mesh import Mesh, shape_of
+from zoobench.designs.thin_parts import pieces_note
 from zoobench.errors import UsageError
-from zoobench.inputs import path_of, read
+from zoobench.inputs import InputFile, path_of, read
 
 FORMATS = ("stl", "obj", "ply", "glb")
 _HEADER, _TRIANGLE = 84, 50  # [bytes] of a binary STL file
 _NOT_FINITE = re.compile(rb"^\s*v\s[^\n]*(nan|inf)", re.MULTILINE | re.IGNORECASE)
 _NEGATIVE = re.compile(rb"^\s*f\s[^\n]*-\d", re.MULTILINE)
+
+
+class MeshPath(InputFile):
+    """Annotation of a parameter that names a mesh."""
+
+    __slots__ = ()
+    endings: ClassVar[tuple[str, ...]] = tuple(f".{kind}" for kind in FORMATS)
 
 
 @dataclass(frozen=True)
@@ -25,10 +34,17 @@ class FileMesh:
     Attributes:
         mesh: in the file's unit.
         notes: the repairs, as sentences.
+        was_closed: whether it was closed in the file.
     """
 
     mesh: Mesh
     notes: tuple[str, ...]
+    was_closed: bool
+
+
+def upward(name: str) -> Literal["y", "z"]:
+    """The axis that is up in a file of this name by its format: y in GLB, whose format says so, else z, as in CAD."""
+    return "y" if path_of(name).suffix.lower() == ".glb" else "z"
 
 
 def load(name: str) -> FileMesh:
@@ -58,6 +74,23 @@ def load(name: str) -> FileMesh:
     if not np.isfinite(mesh.vertices[mesh.faces]).all():
         raise UsageError(f"{path.name!r} has corners that are not finite. Export it again.")
     return FileMesh(*repaired(mesh, path.name))
+
+
+def closed_mesh(name: str) -> Mesh:
+    """The mesh in a file, if it is one closed piece.
+
+    Raises:
+        UsageError: as of `load`; its surface is open, or in several pieces.
+    """
+    found, file = load(name), path_of(name).name
+    if not found.was_closed:
+        raise UsageError(
+            f"The surface in {file!r} is open, and an object needs a closed one. Close its holes in a modeller, then "
+            "export it again."
+        )
+    if pieces := pieces_note(shape_of(found.mesh), found.mesh.volume()):
+        raise UsageError(f"{file!r} is no single object. {pieces[0]} Join them in a modeller, then export it again.")
+    return found.mesh
 
 
 def _fault_of_stl(content: bytes) -> str:

@@ -16,8 +16,8 @@ _MOST_INVERTED = 0.01  # of the volume that parts inside out may enclose
 _SAID = 0.001  # share of a volume from which it is said that parts share it
 
 
-def repaired(mesh: Any, name: str) -> tuple[Mesh, tuple[str, ...]]:
-    """A mesh of trimesh as a closed surface with normals outwards, and the repairs, as sentences.
+def repaired(mesh: Any, name: str) -> tuple[Mesh, tuple[str, ...], bool]:
+    """A mesh of trimesh as a closed surface with normals outwards, the repairs as sentences, and if it was closed.
 
     Equal corners are merged. A surface that is not closed is closed by fans of triangles, or else filled with voxels.
     The first of the three is taken that encloses a volume and is not inside out anywhere.
@@ -36,9 +36,9 @@ def repaired(mesh: Any, name: str) -> tuple[Mesh, tuple[str, ...]]:
     for closed, words in _attempts(mesh):
         found, cavities, crumbs = _outwards(closed)
         if _is_solid(found):
-            return found, (*words, *_said(found, cavities, crumbs))
+            return found, (*words, *_said(found, cavities, crumbs)), not words
     solid, word = filled(np.array(mesh.vertices, np.float64), np.array(mesh.faces, np.int64), name)
-    return solid, (word,)
+    return solid, (word,), False
 
 
 def _attempts(mesh: Any) -> Iterator[tuple[Mesh, tuple[str, ...]]]:

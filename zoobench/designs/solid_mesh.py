@@ -8,8 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zoobench.arrays import Array, Mask
+from zoobench.designs.sampling import Shape
 
 _LINES = 50_000  # through a mesh, along which volumes that are enclosed twice are measured: to 0.1 % of them
+_POINTS = 1_000_000  # by which a mesh is sampled: some of them lie in a fin of a millimetre
 _PAIRS = 2_000_000  # of lines and faces that are examined at once
 _RATIOS = (0.7548776662466927, 0.5698402909980532)  # of the plastic number: lines at (n r, n r^2) fill a square evenly
 
@@ -104,6 +106,12 @@ class Mesh:
         line, height, sign = (np.concatenate(column) for column in zip(*found, strict=True))
         closed = np.bincount(line, sign, len(lines)) == 0.0
         return line[closed[line]], height[closed[line]], sign[closed[line]]
+
+
+def shape_of(mesh: Mesh) -> Shape:
+    """The solid within a mesh, whose unit is the metre."""
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    return Shape(mesh.inside, (low[0], low[1], low[2]), (high[0], high[1], high[2]), _POINTS)
 
 
 def _parts(count: int, bounds: NDArray[np.int64]) -> list[slice]:

@@ -1,14 +1,15 @@
 """Objects that environments put about a robot: stiff elastic bodies to push, kick, carry or topple."""
 
-import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
-from zoobench.arrays import Array, Mask
-from zoobench.designs.sampling import Shape, SolidSample
+from zoobench.arrays import Array
+from zoobench.designs.mesh_file import FORMATS, MeshPath
+from zoobench.designs.sampling import SolidSample
+from zoobench.envs.object_solids import NO_MESH, ObjectKind, ObjectSolid, solid_of
 from zoobench.errors import SceneError, UsageError
 from zoobench.sim.model.elastic_bodies import ElasticBody, SceneObject
 from zoobench.sim.model.fidelity import Fidelity
@@ -16,21 +17,7 @@ from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.standing import standing
 
-Kind = Literal["none", "box", "ball", "beam", "column", "sheet"]
-
 Place = Literal["ahead", "behind", "left", "right", "back", "below"]
-
-PROPORTIONS: dict[str, tuple[float, float, float]] = {
-    "box": (1.0, 1.0, 1.0),
-    "ball": (1.0, 1.0, 1.0),
-    "beam": (0.3, 0.3, 1.0),
-    "column": (0.4, 1.0, 0.4),
-    "sheet": (1.0, 0.2, 1.0),
-}
-"""Length, height and width of an object by its size."""
-
-_FEWEST_CELLS = 2.0
-"""Across the thinnest side: a thinner object is felt by nodes on both sides of it at once."""
 
 _FAR = {"ahead": (1.0, 0.0), "behind": (-1.0, 0.0), "left": (0.0, -1.0), "right": (0.0, 1.0)}
 """Directions along x and z."""
@@ -54,7 +41,9 @@ _APART = 0.25
 class Objects:
     """Objects about the robot: stiff elastic bodies with friction.
 
-    * `object`: `box`, `ball`, `beam` (across the way), `column` (an upright beam) or `sheet`; `none` for none.
+    * `object`: `box`, `ball`, `beam` (across the way), `column` (an upright beam), `sheet` or `mesh`; `none` for none.
+    * `object_file`: of a `mesh`, a closed surface as STL, OBJ, PLY or GLB, with x ahead and z up, in GLB y; its content
+      becomes part of the run's key.
     * `object_size`: edge of a box, diameter of a ball, length of the longest side of others [m].
     * `object_mass`: of one [kg].
     * `object_place`: `ahead`, `behind`, `left` or `right` of the robot on the ground, on its `back`, or on the ground
@@ -67,7 +56,8 @@ class Objects:
     * `object_count`: of equal objects, up to 3, in a row away from the robot, or stacked on its back.
     """
 
-    object: Kind = "none"
+    object: ObjectKind = "none"
+    object_file: MeshPath = NO_MESH
     object_size: float = 0.0625
     object_mass: float = 0.08
     object_place: Place = "ahead"
@@ -97,21 +87,28 @@ class Objects:
                 "An object on the robot's back or below it has no object_gap. Give an object_shift to have it further "
                 "ahead."
             )
+        if (self.object == "mesh") != bool(self.object_file):
+            raise UsageError(
+                f"object={self.object} with {'an' if self.object_file else 'no'} object_file is not possible. Give "
+                f"object=mesh and object_file=PATH ({', '.join(FORMATS)}), or neither."
+            )
+        if self.object == "mesh":
+            _ = self.solid  # checks the file
 
     def __bool__(self) -> bool:
         return self.object != "none"
 
     @property
-    def size(self) -> Array:
-        """Length, height and width of an object `[3]` [m]."""
-        return self.object_size * np.array(PROPORTIONS[self.object])
+    def solid(self) -> ObjectSolid:
+        """That of every object."""
+        return solid_of(self.object, self.object_size, self.object_file)
 
     @property
     def reach(self) -> float:
         """How far they go beyond the robot in any horizontal direction, at most [m]; 0 without any."""
         if not self:
             return 0.0
-        side = float(self.size[[0, 2]].max())
+        side = float(self.solid.size[[0, 2]].max())
         return self.object_count * (side + abs(self.object_gap)) + abs(self.object_shift)
 
     def placed(self, scene: Scene, fidelity: Fidelity) -> Scene:
@@ -121,20 +118,13 @@ class Objects:
             SceneError: an object is too thin for the grid, is too heavy for the ground, or has no place.
         """
         h, edge = fidelity.grid_spacing, fidelity.particle_edge
-        if self.size.min() < (1.0 - 1e-9) * _FEWEST_CELLS * h:
-            raise SceneError(
-                f"A {self.object} of {self.object_size:g} m is {self.size.min():.3g} m thin, "
-                f"{self.size.min() / h:.2g} cells of {h:.4g} m; {_FEWEST_CELLS:g} are needed, and 4 felt well. Give an "
-                f"object_size of {self.object_size * _FEWEST_CELLS * h / self.size.min():.3g} m or more, or a finer "
-                "fidelity."
-            )
-        length, height, width = self.size
-        volume = length * height * width * (math.pi / 6.0 if self.object == "ball" else 1.0)
-        sample = Shape.standing(self._inside(), length, height, width).sample(fidelity).of_volume(volume)
+        solid = self.solid
+        solid.check(fidelity)
+        sample = solid.shape.sample(fidelity).of_volume(solid.volume)
         material = ElasticMaterial(
             youngs_modulus=self.object_stiffness,
             poissons_ratio=_POISSONS_RATIO,
-            density=self.object_mass / volume,
+            density=self.object_mass / solid.volume,
         )
         rest = passive_solid(material, sample)
         bodies: list[ElasticBody] = []
@@ -153,14 +143,6 @@ class Objects:
         )
         return replace(scene, objects=objects)
 
-    def _inside(self) -> Callable[[Array], Mask | Array]:
-        if self.object != "ball":
-            low, high = np.array([-0.5, 0.0, -0.5]) * self.size, np.array([0.5, 1.0, 0.5]) * self.size
-            return lambda x: np.all((x >= low) & (x <= high), axis=-1)
-        radius = self.object_size / 2
-        centre = np.array([0.0, radius, 0.0])
-        return lambda x: np.asarray(np.linalg.norm(x - centre, axis=-1) <= radius)
-
     def _places(self, robot: ElasticBody, edge: float) -> Iterator[Array]:
         """Ground points of the objects `[3]` [m], at the height of the robot's underside."""
         low, high = robot.positions.min(axis=0) - edge / 2, robot.positions.max(axis=0) + edge / 2
@@ -171,7 +153,7 @@ class Objects:
             return
         x, z = _FAR[self.object_place]
         out, aside = np.array([x, 0.0, z]), np.array([abs(z), 0.0, abs(x)]) * self.object_shift
-        length = float(abs(out) @ self.size)
+        length = float(abs(out) @ self.solid.size)
         first = float(abs(out) @ half) + self.object_gap + length / 2
         for number in range(self.object_count):
             yield middle + aside + out * (first + number * (length + self.object_gap))

@@ -2,7 +2,7 @@
 
 import inspect
 import re
-from typing import TYPE_CHECKING, Literal, get_origin
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -50,8 +50,7 @@ def check_units(name: str) -> None:
     for key, expected in component.parameters.items():
         told = [line for line in lines if f"`{key}`" in line.partition(":")[0]]
         assert len(told) == 1, f"The docstring has {len(told)} lines on {key!r}. Write * `{key}`: what it is [unit]."
-        is_number = expected not in (int, bool) and get_origin(expected) is not Literal
-        has_unit = not is_number or re.search(r"\[[^]]+\]", told[0])
+        has_unit = expected is not float or re.search(r"\[[^]]+\]", told[0])
         assert has_unit, f"The line on {key!r} tells no unit in brackets; write [-] for none. It reads: {told[0]}"
 
 
