@@ -45,6 +45,12 @@ def _bounds(scene: Scene, name: str = "object") -> tuple[Array, Array]:
     return body.positions.min(axis=0) - EDGE / 2, body.positions.max(axis=0) + EDGE / 2
 
 
+def _away(scene: Scene, name: str = "object") -> Array:
+    """Place of an object relative to the robot, ahead and right `[2]` [m]."""
+    found: Array = (_bounds(scene, name)[0] - _bounds(scene, "robot")[0])[[0, 2]]
+    return found
+
+
 @pytest.mark.parametrize("kind", PROPORTIONS)
 def test_an_object_has_its_size_mass_and_stiffness(kind: str, block: Body) -> None:
     """Whatever its shape: that of the largest particles' cubes, to a particle."""
@@ -93,6 +99,32 @@ def test_several_stand_in_a_row_or_on_each_other(block: Body) -> None:
         assert _bounds(tower, above)[0][1] - _bounds(tower, below)[1][1] == pytest.approx(0.25 * H, abs=0.01 * H)
 
 
+def test_a_seed_decides_where_objects_are_and_how_heavy(block: Body) -> None:
+    """The same draw for place and mass whenever it is asked for, within the spread; 0 of it is no draw at all."""
+    scenes = [_scene(block, object_spread=0.02, object_mass_spread=0.3, object_seed=seed) for seed in (1, 1, 2, 3, 4)]
+    plain = _scene(block)
+    moved = np.array([_away(each) - _away(plain) for each in scenes])
+    masses = np.array([each.objects[0].body.masses.sum() for each in scenes])
+    assert (moved[0] == moved[1]).all()
+    assert len(np.unique(np.round(moved[1:], 9))) == 8
+    assert len(np.unique(np.round(masses[1:], 9))) == 4
+    assert (np.abs(moved) <= 0.02).all()
+    assert (np.abs(masses / 0.08 - 1.0) <= 0.3).all()
+    unmoved = _scene(block, object_seed=7).objects[0].body
+    np.testing.assert_array_equal(unmoved.positions, plain.objects[0].body.positions)
+    assert unmoved.material == plain.objects[0].body.material
+
+
+@pytest.mark.parametrize("place", ["behind", "left", "right", "back"])
+def test_objects_are_drawn_at_every_place(place: str, block: Body) -> None:
+    """By the same way along and across, and all of a row together."""
+    given: dict[str, Any] = {"object_place": place, "object_count": 2}
+    plain, drawn = _scene(block, **given), _scene(block, object_spread=0.01, object_seed=3, **given)
+    ways = [_away(drawn, name) - _away(plain, name) for name in ("object", "object-1")]
+    ahead = _away(_scene(block, object_spread=0.01, object_seed=3)) - _away(_scene(block))
+    np.testing.assert_allclose(ways, [ahead, ahead], atol=1e-9)
+
+
 def test_an_object_lies_on_a_slope(block: Body) -> None:
     """No particle is below the ground, and one is within its skin."""
     scene = _scene(block, slope=10.0)
@@ -125,6 +157,10 @@ def test_an_arena_with_objects_does_not_follow_its_robot(block: Body) -> None:
         ({"object_count": 0}, "Give 1 to 3"),
         ({"object_count": 4}, "Give 1 to 3"),
         ({"object": "cube"}, "not offered"),
+        ({"object_spread": 0.03}, "into the robot. Give an object_gap of 0.03 m or more"),
+        ({"object_spread": -0.1}, "object_spread of -0.1 m"),
+        ({"object_mass_spread": 1.0}, "object_mass_spread of 1"),
+        ({"object_seed": -1}, "object_seed -1"),
     ],
 )
 def test_impossible_objects_are_refused(given: dict[str, Any], told: str, block: Body) -> None:

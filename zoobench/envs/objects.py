@@ -54,6 +54,9 @@ class Objects:
     * `object_ground_friction`: the same between an object and the ground [-].
     * `object_stiffness`: Young's modulus [Pa]; the robot's is 1e4.
     * `object_count`: of equal objects, up to 3, in a row away from the robot, or stacked on its back.
+    * `object_spread`: up to which they are all moved ahead or back and left or right, by a draw for each [m].
+    * `object_mass_spread`: share of the mass up to which they are heavier or lighter, by another [-].
+    * `object_seed`: which draws.
     """
 
     object: ObjectKind = "none"
@@ -67,6 +70,9 @@ class Objects:
     object_ground_friction: float = 0.5
     object_stiffness: float = 3e4
     object_count: int = 1
+    object_spread: float = 0.0
+    object_mass_spread: float = 0.0
+    object_seed: int = 0
 
     def __post_init__(self) -> None:
         for name in ("object_size", "object_mass", "object_stiffness"):
@@ -87,6 +93,7 @@ class Objects:
                 "An object on the robot's back or below it has no object_gap. Give an object_shift to have it further "
                 "ahead."
             )
+        self._check_spreads()
         if (self.object == "mesh") != bool(self.object_file):
             raise UsageError(
                 f"object={self.object} with {'an' if self.object_file else 'no'} object_file is not possible. Give "
@@ -95,8 +102,27 @@ class Objects:
         if self.object == "mesh":
             _ = self.solid  # checks the file
 
+    def _check_spreads(self) -> None:
+        spread, gap = self.object_spread, self.object_gap
+        if not (0.0 <= spread < np.inf and 0.0 <= self.object_mass_spread < 1.0 and 0 <= self.object_seed < 2**63):
+            raise UsageError(
+                f"An object_spread of {spread:g} m and an object_mass_spread of {self.object_mass_spread:g} with "
+                f"object_seed {self.object_seed} are not possible. Give a spread of 0 or more, a mass_spread from 0 to "
+                f"below 1, and a seed from 0 to {2**63 - 1}."
+            )
+        if self.object_place in _FAR and spread > gap:
+            raise UsageError(
+                f"An object_spread of {spread:g} m would take an object with an object_gap of {gap:g} m into the "
+                f"robot. Give an object_gap of {spread:g} m or more."
+            )
+
     def __bool__(self) -> bool:
         return self.object != "none"
+
+    @property
+    def _draws(self) -> Array:
+        """The draws in [-1, 1] of `object_seed` for the place along and across and for the mass `[3]`."""
+        return np.random.default_rng(self.object_seed).uniform(-1.0, 1.0, 3)
 
     @property
     def solid(self) -> ObjectSolid:
@@ -109,7 +135,7 @@ class Objects:
         if not self:
             return 0.0
         side = float(self.solid.size[[0, 2]].max())
-        return self.object_count * (side + abs(self.object_gap)) + abs(self.object_shift)
+        return self.object_count * (side + abs(self.object_gap)) + abs(self.object_shift) + self.object_spread
 
     def placed(self, scene: Scene, fidelity: Fidelity) -> Scene:
         """The scene with the objects about its robot, each on what is below it.
@@ -124,7 +150,7 @@ class Objects:
         material = ElasticMaterial(
             youngs_modulus=self.object_stiffness,
             poissons_ratio=_POISSONS_RATIO,
-            density=self.object_mass / solid.volume,
+            density=self.object_mass * (1.0 + self.object_mass_spread * self._draws[2]) / solid.volume,
         )
         rest = passive_solid(material, sample)
         bodies: list[ElasticBody] = []
@@ -148,6 +174,7 @@ class Objects:
         low, high = robot.positions.min(axis=0) - edge / 2, robot.positions.max(axis=0) + edge / 2
         middle, half = (low + high) / 2, (high - low) / 2
         middle[1] = low[1]
+        middle[[0, 2]] += self.object_spread * self._draws[:2]
         if self.object_place in _UNDER:
             yield from [middle + np.array([self.object_shift, 0.0, 0.0])] * self.object_count
             return
