@@ -1,5 +1,7 @@
 """Where muscles are: along the body, and to which side they bend it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -49,6 +51,22 @@ def test_a_body_that_no_muscle_bends_is_refused() -> None:
     """One muscle all over it; the message says what to choose."""
     with pytest.raises(UsageError, match="sine-basis"):
         muscle_places(body_of("block[rows=1,columns=1,layers=1]"))
+
+
+def test_channels_of_a_base_are_no_muscles() -> None:
+    """They rest in a wave, leave the places of the muscles as they are, and are not counted with them."""
+    body = body_of("block")
+    based = replace(
+        body,
+        muscles=(*body.muscles, "base-ahead", "base-up", "base-right"),
+        muscle_membership=np.pad(body.muscle_membership, ((0, 0), (0, 3))),
+        base_speed=0.1,
+    )
+    alone, places = muscle_places(body), muscle_places(based)
+    np.testing.assert_allclose(places.back, [*alone.back, 0.5, 0.5, 0.5])
+    np.testing.assert_allclose(places.side, [*alone.side, 0.0, 0.0, 0.0])
+    with pytest.raises(UsageError, match="None of the 8 muscles"):
+        muscle_places(body_of("gripper[base_speed=0.1]"))
 
 
 def test_a_robot_places_its_controller() -> None:

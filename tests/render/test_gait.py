@@ -1,6 +1,8 @@
 """Pictures of a gait: the period that is found, and what is drawn of it."""
 
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -8,6 +10,7 @@ import pytest
 from tests.render.filmed import SPEC, needs_drawing, params
 from zoobench.arrays import Array
 from zoobench.errors import UsageError
+from zoobench.render import figures
 from zoobench.render.film import film
 from zoobench.render.gait import BODIES, body_images, draw_gait, period_of
 
@@ -30,8 +33,11 @@ def test_the_period_is_that_of_the_slowest_wave(activity: Array, period: int | N
     assert period_of(activity) == period
 
 
-def test_a_gait_is_drawn(tmp_path: Path) -> None:
-    """The bodies differ from moment to moment, and the picture is as wide as they are together."""
+def test_a_gait_is_drawn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The bodies differ from moment to moment, and the picture is as wide as they are together.
+
+    Channels of a base are below a line of their own, and it is said what red means for them.
+    """
     from PIL import Image
 
     needs_drawing()
@@ -44,3 +50,9 @@ def test_a_gait_is_drawn(tmp_path: Path) -> None:
     assert (first != last).any()
     with pytest.raises(UsageError, match="No picture can be written"):
         draw_gait(whole, tmp_path / "gait.xyz", title="run 1")
+    drawn: list[Any] = []
+    monkeypatch.setattr(figures, "save", lambda figure, path: drawn.append(figure))
+    draw_gait(replace(whole, body=replace(whole.body, base_speed=0.1)), tmp_path / "gait.png", title="run 1")
+    assert "red moves the base ahead" in drawn[0].get_suptitle()
+    levels = {float(line.get_ydata()[0]) for line in drawn[0].axes[-1].lines}
+    assert len(whole.body.muscles) - 3.5 in levels

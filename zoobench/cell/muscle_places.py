@@ -17,7 +17,8 @@ def muscle_places(body: Body) -> MusclePlaces:
 
     The moment of a muscle about the body's centre is that of its active stress, the integral of f_x^2 z over its volume
     sideways, or of f_x^2 y up and down, with the fibre's direction f; its side is the moment by the integral of |z|.
-    The plane is that with the larger sum of squared moments.
+    The plane is that with the larger sum of squared moments. Channels of a base, which contract nothing, are in the
+    middle of the body and bend it to no side.
 
     Raises:
         UsageError: no muscle bends the body, as where a design space has all muscles everywhere.
@@ -38,6 +39,7 @@ def muscle_places(body: Body) -> MusclePlaces:
         raise UsageError(_straight(body))
     low, high = body.box
     centres = (shares * body.positions[:, :1]).sum(axis=0) / volumes
+    centres[body.muscle_count - body.base_channels :] = (low[0] + high[0]) / 2
     return MusclePlaces(back=(high[0] - centres) / (high[0] - low[0]), side=side)
 
 
@@ -50,8 +52,8 @@ def _straight(body: Body) -> str:
             f"of bending can run along it. {advice}"
         )
     return (
-        f"None of the {body.muscle_count} muscles bends this body to a side, so no wave of bending can run along "
-        f"it. {advice}"
+        f"None of the {body.muscle_count - body.base_channels} muscles bends this body to a side, so no wave of "
+        f"bending can run along it. {advice}"
     )
 
 

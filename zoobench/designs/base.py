@@ -8,6 +8,7 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 
 from zoobench.arrays import Array, Mask
+from zoobench.designs.quarters import BASE_CHANNELS
 from zoobench.designs.sampling import SolidSample
 from zoobench.errors import SceneError, UsageError
 from zoobench.sim.model.elastic_bodies import BodyParticles, Drive, uniform_arrays
@@ -63,6 +64,11 @@ class Body(BodyParticles):
             tail=tail,
             **uniform_arrays(len(sample.positions)) | {"notes": sample.notes} | arrays,
         )
+
+    @property
+    def base_channels(self) -> int:
+        """How many of the muscles, the last ones, are channels that move the base, and contract nothing."""
+        return len(BASE_CHANNELS) if self.base_speed else 0
 
     @property
     def box(self) -> tuple[Array, Array]:

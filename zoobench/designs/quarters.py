@@ -10,7 +10,8 @@ from zoobench.errors import UsageError
 BASE = 1 / 16
 """[m] Thickness of a base that is held: two cells of the coarsest fidelity."""
 
-_BASE_CHANNELS = ("base-ahead", "base-up", "base-right")
+BASE_CHANNELS = ("base-ahead", "base-up", "base-right")
+"""Channels that move a base, after the muscles."""
 
 
 def with_base(muscles: tuple[str, ...], shares: Array, speed: float) -> tuple[tuple[str, ...], Array]:
@@ -20,7 +21,7 @@ def with_base(muscles: tuple[str, ...], shares: Array, speed: float) -> tuple[tu
     """
     if not speed:
         return muscles, shares
-    return (*muscles, *_BASE_CHANNELS), np.pad(shares, ((0, 0), (0, len(_BASE_CHANNELS))))
+    return (*muscles, *BASE_CHANNELS), np.pad(shares, ((0, 0), (0, len(BASE_CHANNELS))))
 
 
 def check_base_speed(speed: float) -> None:

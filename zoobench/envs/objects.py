@@ -10,6 +10,7 @@ from zoobench.arrays import Array
 from zoobench.designs.mesh_file import FORMATS, MeshPath
 from zoobench.designs.sampling import SolidSample
 from zoobench.envs.object_solids import NO_MESH, ObjectKind, ObjectSolid, solid_of
+from zoobench.envs.ranges import check_ranges
 from zoobench.errors import SceneError, UsageError
 from zoobench.sim.model.elastic_bodies import ElasticBody, SceneObject
 from zoobench.sim.model.fidelity import Fidelity
@@ -75,18 +76,19 @@ class Objects:
     object_seed: int = 0
 
     def __post_init__(self) -> None:
-        for name in ("object_size", "object_mass", "object_stiffness"):
-            if not 0.0 < getattr(self, name) < np.inf:
-                raise UsageError(f"An {name} of {getattr(self, name):g} is not possible. Give a positive number.")
-        for name in ("object_friction", "object_ground_friction"):
-            if not 0.0 <= getattr(self, name) < np.inf:
-                raise UsageError(f"An {name} of {getattr(self, name):g} is not possible. Give 0 or more.")
+        check_ranges(
+            self,
+            positive=("object_size", "object_mass", "object_stiffness"),
+            not_negative=("object_friction", "object_ground_friction", "object_gap", "object_spread"),
+        )
+        if not np.isfinite(self.object_shift):
+            raise UsageError(f"An object_shift of {self.object_shift:g} m is not possible. Give a finite number.")
         if not 1 <= self.object_count <= _MOST:
             raise UsageError(f"An object_count of {self.object_count} is not possible. Give 1 to {_MOST}.")
-        if not (0.0 <= self.object_gap < np.inf and np.isfinite(self.object_shift)):
+        if self.object_place == "below" and self.object_count > 1:
             raise UsageError(
-                f"An object_gap of {self.object_gap:g} m with an object_shift of {self.object_shift:g} m is not "
-                "possible. Give finite numbers, and a gap of 0 or more."
+                f"An object_count of {self.object_count} below the robot is not possible, where one has room. Give 1, "
+                "or another object_place."
             )
         if self.object_place in _UNDER and self.object_gap != _GAP:
             raise UsageError(
@@ -104,11 +106,10 @@ class Objects:
 
     def _check_spreads(self) -> None:
         spread, gap = self.object_spread, self.object_gap
-        if not (0.0 <= spread < np.inf and 0.0 <= self.object_mass_spread < 1.0 and 0 <= self.object_seed < 2**63):
+        if not (0.0 <= self.object_mass_spread < 1.0 and 0 <= self.object_seed < 2**63):
             raise UsageError(
-                f"An object_spread of {spread:g} m and an object_mass_spread of {self.object_mass_spread:g} with "
-                f"object_seed {self.object_seed} are not possible. Give a spread of 0 or more, a mass_spread from 0 to "
-                f"below 1, and a seed from 0 to {2**63 - 1}."
+                f"An object_mass_spread of {self.object_mass_spread:g} with object_seed {self.object_seed} is not "
+                f"possible. Give a spread from 0 to below 1, and a seed from 0 to {2**63 - 1}."
             )
         if self.object_place in _FAR and spread > gap:
             raise UsageError(
@@ -167,7 +168,25 @@ class Objects:
             )
             for number, body in enumerate(bodies)
         )
-        return replace(scene, objects=objects)
+        try:
+            return replace(scene, objects=objects)
+        except SceneError as error:
+            if self.object_place != "below":
+                raise
+            raise SceneError(self._no_room(scene.robot)) from error
+
+    def _no_room(self, robot: ElasticBody) -> str:
+        """Why an object below the robot begins within it."""
+        size = f"A {self.object} of {self.object_size:g} m"
+        if robot.anchor is None and robot.drive is None:
+            return (
+                f"{size} has no room below a robot that stands on the ground. Choose a design that hangs, such as "
+                "gripper, or another object_place, such as ahead or back."
+            )
+        return (
+            f"{size} has no room below and between the parts of a robot that hangs {robot.positions[:, 1].min():.3g} m "
+            "above the ground. Give a smaller object_size, or the design more clearance or a wider opening."
+        )
 
     def _places(self, robot: ElasticBody, edge: float) -> Iterator[Array]:
         """Ground points of the objects `[3]` [m], at the height of the robot's underside."""

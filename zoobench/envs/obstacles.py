@@ -13,7 +13,8 @@ import numpy as np
 from zoobench.arrays import Array, Mask
 from zoobench.designs.sampling import Shape
 from zoobench.envs.objects import passive_solid
-from zoobench.errors import SceneError, UsageError
+from zoobench.envs.ranges import check_ranges
+from zoobench.errors import SceneError
 from zoobench.sim.model.elastic_bodies import SceneObject
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.laws.elastic import ElasticMaterial
@@ -61,12 +62,11 @@ class Obstacles:
     obstacle_friction: float = 0.5
 
     def __post_init__(self) -> None:
-        for name in ("obstacle_opening", "obstacle_length"):
-            if not 0.0 < getattr(self, name) < np.inf:
-                raise UsageError(f"An {name} of {getattr(self, name):g} m is not possible. Give a positive number.")
-        for name in ("obstacle_distance", "obstacle_friction"):
-            if not 0.0 <= getattr(self, name) < np.inf:
-                raise UsageError(f"An {name} of {getattr(self, name):g} is not possible. Give 0 or more.")
+        check_ranges(
+            self,
+            positive=("obstacle_opening", "obstacle_length"),
+            not_negative=("obstacle_distance", "obstacle_friction"),
+        )
 
     def __bool__(self) -> bool:
         return self.obstacle != "none"

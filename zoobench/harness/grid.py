@@ -7,6 +7,7 @@ from itertools import product
 
 from zoobench import registry
 from zoobench.cell.firm_ground import firm_ground_fault
+from zoobench.cell.scene_fault import scene_fault
 from zoobench.cell.task_fault import task_fault
 from zoobench.errors import UnknownNameError, UsageError
 from zoobench.registry import Kind
@@ -160,7 +161,7 @@ def _why_impossible(spec: RunSpec) -> str | None:
         return (
             f"Water on a grid is not simulated on a GPU, and {spec.env.name!r} is full of it. Simulate that on the CPU."
         )
-    if fault := firm_ground_fault(spec):
+    if fault := firm_ground_fault(spec) or scene_fault(spec):
         return fault
     if NEEDS_GRADIENT not in method.tags:
         return None

@@ -77,7 +77,8 @@ def draw_gait(film: Film, path: Path, *, title: str) -> None:
         axes.set_title(f"{passed:.0f} ms\n{ahead:+.1f} mm ahead", fontsize=8)
     _put_activity(figure.add_subplot(grid[1, :]), film, first, shown)
     what = f"a period of {1e3 * period * FRAME_SECONDS:.0f} ms" if period else "the whole episode, without a period"
-    figure.suptitle(f"{title}\n{what}; red contracts, blue extends", fontsize=9)
+    base = "; red moves the base ahead, up and right, blue back" if film.body.base_channels else ""
+    figure.suptitle(f"{title}\n{what}; red contracts, blue extends{base}", fontsize=9)
     figures.save(figure, path)
 
 
@@ -107,7 +108,10 @@ def _body_image(film: Film, cover: Skin, place: Array, moment: int, camera: Came
 
 
 def _put_activity(axes: "Axes", film: Film, first: int, shown: Sequence[int]) -> None:
-    """A row for each muscle, a column for each control frame, and a line at each body that is drawn above."""
+    """A row for each muscle, a column for each control frame, and a line at each body that is drawn above.
+
+    Channels that move a base are below a line.
+    """
     rows = film.activity[first + 1 :].T
     end = 1e3 * FRAME_SECONDS * rows.shape[1]
     names = film.body.muscles
@@ -117,6 +121,8 @@ def _put_activity(axes: "Axes", film: Film, first: int, shown: Sequence[int]) ->
     )  # fmt: skip
     for moment in shown:
         axes.axvline(1e3 * FRAME_SECONDS * (moment - first), color="black", linewidth=0.6, linestyle=":")
+    if film.body.base_channels:
+        axes.axhline(len(names) - film.body.base_channels - 0.5, color="black", linewidth=0.6)
     axes.set_yticks(range(len(names)), names, fontsize=7)
     axes.tick_params(axis="x", labelsize=7)
     axes.set_xlabel("ms", fontsize=8)

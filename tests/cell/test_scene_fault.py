@@ -1,0 +1,40 @@
+"""Objects and obstacles that cannot be about a robot are refused before anything is simulated."""
+
+import pytest
+
+from tests.conformance.cells import cell
+from zoobench.cell.scene_fault import scene_fault
+from zoobench.harness.grid import GridSpec, Skip, expand
+
+
+@pytest.mark.parametrize(
+    ("environment", "design", "told"),
+    [
+        ("ground[object=box,object_place=below]", "block", "has no room below a robot that stands on the ground"),
+        ("ground[object=box,object_place=below,object_size=0.09]", "gripper", "parts of a robot that hangs 0.0"),
+        ("ground[object=sheet]", "block", "0.8 cells of 0.01562 m"),
+        ("ground[obstacle=post,obstacle_opening=0.001]", "block", "thinner than a cell"),
+    ],
+)
+def test_a_scene_that_cannot_be_made_is_skipped_with_its_reason(environment: str, design: str, told: str) -> None:
+    """In the plan of a grid, as what the run itself would say."""
+    spec = cell(environment=environment, design=design, fidelity="draft")
+    assert told in scene_fault(spec)
+    axes = (spec.env,), (spec.task,), (spec.design,), (spec.controller,), (spec.method,)
+    (skip,) = expand(GridSpec(*axes, (0,), spec.budget, spec.fidelity, spec.frames))
+    assert isinstance(skip, Skip)
+    assert told in skip.reason
+
+
+@pytest.mark.parametrize(
+    ("environment", "design"),
+    [
+        ("ground", "block"),
+        ("ground[object=box]", "block"),
+        ("ground[object=ball,object_place=below,object_size=0.05]", "gripper"),
+        ("ground[object=box]", "caterpillar[length=0.001]"),
+    ],
+)
+def test_what_has_room_is_not_refused(environment: str, design: str) -> None:
+    """A body that cannot be made has its own error."""
+    assert not scene_fault(cell(environment=environment, design=design, fidelity="draft"))
