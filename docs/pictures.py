@@ -66,6 +66,7 @@ MANIPULATED = {
     "kick": ((6, 6), (10, 0), (16, 0), "its way less that of the robot [m]"),
     "carry": ((16, 3), (0, 6), (14, 0), "its way, less ten times\nhow far it is below its start [m]"),
     "lift": ((6, 6), (9, 3), (0, 5), "its rise,\non average [m]"),
+    "catch": ((6, 6), (20, 3), (-20, 5), "its height above its start,\non average in the last quarter [m]"),
     "topple": ((4, 10), (9, 5), (8, -3), "turn of its upright\naxis at the end [rad]"),
     "spin": ((8, 3), (10, 0), (0, 0), "its turn about the\nvertical at the end [rad]"),
 }

@@ -71,3 +71,16 @@ def test_a_body_of_a_space_that_cannot_fails_alone() -> None:
     incumbent = Incumbent()
     incumbent.offer(params, evaluation)
     assert Incumbent.from_state(incumbent.state()).last_failure == evaluation.failure
+
+
+def test_a_thrown_object_flies_as_it_was_thrown() -> None:
+    """From rest on the ground, once everything has come to rest: as high as g lets it, and as far in that time."""
+    spec = cell(
+        environment="ground[object=box,object_gap=0.1,object_speed=0.5,object_speed_up=1]", task="catch", frames=12
+    )
+    motion = Problem(spec).episode(np.zeros(Problem(spec).parameter_count)).record
+    assert motion is not None
+    way = (motion.motion.object.centre_of_mass()[:, 0] - motion.motion.object.centre_of_mass()[0, 0]).numpy()
+    times = 0.008 * np.arange(13)
+    np.testing.assert_allclose(way[:, 0], -0.5 * times, atol=0.002)
+    np.testing.assert_allclose(way[:, 1], times - 0.5 * 9.81 * times**2, atol=0.002)

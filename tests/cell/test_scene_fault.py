@@ -3,7 +3,9 @@
 import pytest
 
 from tests.conformance.cells import cell
+from zoobench.cell.problem import Problem
 from zoobench.cell.scene_fault import scene_fault
+from zoobench.errors import UsageError
 from zoobench.harness.grid import GridSpec, Skip, expand
 
 
@@ -13,6 +15,7 @@ from zoobench.harness.grid import GridSpec, Skip, expand
         ("ground[object=box,object_place=below]", "block", "has no room below a robot that stands on the ground"),
         ("ground[object=box,object_place=below,object_size=0.09]", "gripper", "parts of a robot that hangs 0.0"),
         ("ground[object=sheet]", "block", "0.8 cells of 0.01562 m"),
+        ("ground[object=ball,object_speed=0.5]", "particle", "beside the bodies of a design space"),
         ("ground[obstacle=post,obstacle_opening=0.001]", "block", "thinner than a cell"),
     ],
 )
@@ -26,6 +29,12 @@ def test_a_scene_that_cannot_be_made_is_skipped_with_its_reason(environment: str
     assert told in skip.reason
 
 
+def test_a_body_that_is_drawn_has_no_object_thrown_at_it() -> None:
+    """Not from Python either."""
+    with pytest.raises(UsageError, match="Choose a fixed design"):
+        Problem(cell(environment="ground[object=ball,object_speed=0.5]", design="particle"))
+
+
 @pytest.mark.parametrize(
     ("environment", "design"),
     [
@@ -33,6 +42,7 @@ def test_a_scene_that_cannot_be_made_is_skipped_with_its_reason(environment: str
         ("ground[object=box]", "block"),
         ("ground[object=ball,object_place=below,object_size=0.05]", "gripper"),
         ("ground[object=box]", "caterpillar[length=0.001]"),
+        ("ground[object_speed=0.5]", "particle"),
     ],
 )
 def test_what_has_room_is_not_refused(environment: str, design: str) -> None:

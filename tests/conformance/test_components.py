@@ -74,6 +74,8 @@ CELLS += [
     for name in (*SWIMMERS, "voxel")  # and a design space in water
 ]
 CELLS.append(pytest.param(TANK, "movement-speed", "caterpillar", id="tank-movement-speed-caterpillar"))
+THROWN = "ground[object=box,object_gap=0.005,object_speed=0.6]"
+CELLS.append(pytest.param(THROWN, "catch", "caterpillar", id="thrown-catch-caterpillar", marks=pytest.mark.slow))
 ALL = [(kind, name) for kind in Kind for name in registry.names(kind)]
 
 
@@ -136,6 +138,7 @@ SCORES: dict[str, Callable[[Array], float] | None] = {
     **{name: _last_reward for name in registry.names(Kind.TASK) if "final" in registry.get(Kind.TASK, name).tags},
     "mix": None,
     "carry": None,
+    "catch": None,
     "climb": None,
     "flip": None,
     "jump": _highest_reward,

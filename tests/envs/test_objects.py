@@ -125,6 +125,24 @@ def test_objects_are_drawn_at_every_place(place: str, block: Body) -> None:
     np.testing.assert_allclose(ways, [ahead, ahead], atol=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("place", "velocity"),
+    [("ahead", (-0.4, 1.0, 0)), ("behind", (0.4, 1.0, 0)), ("left", (0, 1.0, 0.4)), ("right", (0, 1.0, -0.4)),
+     ("back", (0.4, 1.0, 0))],
+)  # fmt: skip
+def test_an_object_comes_towards_the_robot(place: str, velocity: tuple[float, float, float], block: Body) -> None:
+    """With the speeds asked for, every particle of it; from the back it goes ahead. Else it is at rest."""
+    (thing,) = _scene(block, object_place=place, object_speed=0.4, object_speed_up=1.0).objects
+    np.testing.assert_array_equal(np.unique(thing.body.velocities, axis=0), [velocity])
+    assert not _scene(block, object_place=place).objects[0].body.velocities.any()
+
+
+def test_an_arena_has_room_for_an_object_that_is_fast(block: Body) -> None:
+    """As long as an episode, whatever its direction."""
+    slow, fast = (_scene(block, object_speed=speed).upper[0] for speed in (0.5, 2.0))
+    assert fast - slow == pytest.approx(2 * 1.5 * 1.6, abs=2 * H)
+
+
 def test_an_object_lies_on_a_slope(block: Body) -> None:
     """No particle is below the ground, and one is within its skin."""
     scene = _scene(block, slope=10.0)
@@ -159,6 +177,7 @@ def test_an_arena_with_objects_does_not_follow_its_robot(block: Body) -> None:
         ({"object": "cube"}, "not offered"),
         ({"object_spread": 0.03}, "into the robot. Give an object_gap of 0.03 m or more"),
         ({"object_spread": -0.1}, "object_spread of -0.1"),
+        ({"object_speed": -2.1}, "begins with -2.1 and 0 m/s is not possible. Give"),
         ({"object_place": "below"}, "A box of 0.0625 m has no room below a robot that stands on the ground. Choose a"),
         ({"object_place": "below", "object_count": 2}, "object_count of 2 below the robot is not possible"),
         ({"object_mass_spread": 1.0}, "object_mass_spread of 1"),

@@ -102,6 +102,21 @@ def test_a_particle_of_an_object_is_in_the_key(computed: list[int]) -> None:
     assert len(computed) == 2
 
 
+def test_an_object_begins_as_fast_as_the_scene_says(computed: list[int]) -> None:
+    """After it has come to rest with all else: the state is one of rest but for its velocity, and is kept without."""
+    block = passive_block((0.6, 0.3, 0.6), (5, 5, 5), np.zeros(3))
+    scenes = [
+        replace(medium_scene("sand"), medium=None, objects=(SceneObject("block", replace(block, velocities=each)),))
+        for each in (np.zeros_like(block.positions), np.full_like(block.positions, 0.5))
+    ]
+    still, moving = (get(scene) for scene in scenes)
+    assert len(computed) == 1
+    own = scenes[0].slice_of("block")
+    assert (moving.v[0, 0, own] == 0.5).all()
+    moving.v[:, :, own] = 0.0
+    assert same(still, moving)
+
+
 def test_machines_of_one_kind_may_still_differ(computed: list[int], monkeypatch: pytest.MonkeyPatch) -> None:
     """A folder that several machines share keeps a state for each model of processor and each set of instructions."""
     told = [

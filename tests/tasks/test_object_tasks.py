@@ -13,7 +13,7 @@ from zoobench.registry import Kind
 from zoobench.spec import Ref
 from zoobench.tasks.base import Motion, Task
 
-TASKS = ["push", "push-to", "kick", "carry", "lift", "topple", "spin"]
+TASKS = ["push", "push-to", "kick", "carry", "lift", "topple", "spin", "catch"]
 STILL = [[0.0, 0.0, 0.0]] * 4
 WAYS = [[0.0, 0.0, 0.0], [0.02, 0.01, 0.0], [0.05, -0.02, -0.01], [0.04, -0.03, -0.02]]
 """Of the object: ahead and to the left, up and then down [m]."""
@@ -42,6 +42,7 @@ def _pitch(angle: float) -> torch.Tensor:
         ("push-to[x=0.05,z=-0.01]", [AWAY - math.hypot(0.03, 0.01), AWAY, AWAY - math.hypot(0.01, 0.01)]),
         ("kick", [0.02, 0.05, 0.04]),
         ("lift", [0.01, -0.02, -0.03]),
+        ("catch", [0.01, -0.02, -0.03]),
         ("carry[drop_penalty=2]", [0.02, 0.05 - 0.04, 0.04 - 0.06]),
         ("topple", [0.0, 0.0, 0.0]),
     ],
@@ -55,12 +56,13 @@ def test_a_reward_follows_from_the_way_of_the_object(task: str, rewards: list[fl
 
 
 def test_scores_follow_from_the_rewards() -> None:
-    """The last one; of lift the mean; of carry the way at the end less the fall on average."""
+    """The last one; of lift the mean, of catch in the last quarter; of carry the way less the mean fall."""
     made = carried(WAYS)
     for name in ("push", "push-to", "kick", "topple"):
         task = _task(name)
         assert task.score(made).item() == task.reward(made)[-1].item()
     assert _task("lift").score(made).item() == pytest.approx((0.01 - 0.02 - 0.03) / 3)
+    assert _task("catch").score(made).item() == pytest.approx(-0.03)
     assert _task("carry").score(made).item() == pytest.approx(0.04 - 10.0 * (0.02 + 0.03) / 3)
 
 

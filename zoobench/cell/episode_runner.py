@@ -14,11 +14,12 @@ from zoobench.cell.meter import BudgetMeter
 from zoobench.cell.motion import MotionAdjoint, motion_of
 from zoobench.cell.object_rest import object_fault
 from zoobench.cell.robot import Built, Robot
+from zoobench.cell.scene_fault import thrown_fault
 from zoobench.cell.solvers import Solvers
 from zoobench.cell.wall_gap import gaps_of, reading, told
 from zoobench.designs.base import Body
 from zoobench.envs.base import Environment, Stance
-from zoobench.errors import Displaced, Divergence, Failure
+from zoobench.errors import Displaced, Divergence, Failure, UsageError
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.spec import FRAME_SECONDS
 from zoobench.tasks.base import Metric, Motion, Task
@@ -44,6 +45,7 @@ class EpisodeRunner:
 
     Raises:
         SceneError: the body does not fit into the arena.
+        UsageError: an object begins with a velocity, and the body is not fixed.
     """
 
     def __init__(
@@ -58,6 +60,8 @@ class EpisodeRunner:
         frames: int,
         is_fixed: bool,
     ) -> None:
+        if fault := thrown_fault(env, is_fixed=is_fixed):
+            raise UsageError(fault)
         self.body, self.density = body, env.robot.density
         self.scene = env.scene(body, fidelity, frames * FRAME_SECONDS)
         self._grid_spacing = fidelity.grid_spacing

@@ -4,6 +4,7 @@ from functools import lru_cache
 
 from zoobench import registry
 from zoobench.cell.robot import sampled
+from zoobench.designs.space import DesignSpace
 from zoobench.envs.base import Environment
 from zoobench.errors import UsageError
 from zoobench.registry import Kind
@@ -18,6 +19,16 @@ def scene_fault(spec: RunSpec) -> str:
     return _fault(spec.env, spec.design, spec.fidelity, spec.frames)
 
 
+def thrown_fault(env: Environment, *, is_fixed: bool) -> str:
+    """Why an object cannot begin with a velocity beside a body, which may be fixed; empty if it can or does not."""
+    if is_fixed or not env.objects.moves:
+        return ""
+    return (
+        "An object cannot begin with a velocity beside the bodies of a design space, each of which comes to rest in "
+        "its own episode. Choose a fixed design, or leave out object_speed and object_speed_up."
+    )
+
+
 @lru_cache
 def _fault(env_ref: Ref, design: Ref, fidelity: Ref, frames: int) -> str:
     env = registry.create(Kind.ENV, env_ref)
@@ -25,9 +36,11 @@ def _fault(env_ref: Ref, design: Ref, fidelity: Ref, frames: int) -> str:
         return ""
     grid = registry.create(Kind.FIDELITY, fidelity)
     try:
-        _, body = sampled(design, grid)
+        made, body = sampled(design, grid)
     except UsageError:
         return ""
+    if fault := thrown_fault(env, is_fixed=not isinstance(made, DesignSpace)):
+        return fault
     try:
         env.scene(body, grid, frames * FRAME_SECONDS)
     except UsageError as error:

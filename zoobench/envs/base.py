@@ -221,7 +221,8 @@ class Environment:
         down a slope and by what objects take. A tank of water is as large as it is given: waves of a longer one would
         take longer to rest.
         """
-        way = _whole(HIGHEST_SPEED * seconds, grid_spacing) + _whole(self.objects.reach, grid_spacing)
+        fastest = max(HIGHEST_SPEED, abs(self.objects.object_speed)) if self.objects else HIGHEST_SPEED
+        way = _whole(fastest * seconds, grid_spacing) + _whole(self.objects.reach, grid_spacing)
         size = np.array(self.arena)
         start = size * (self.start[0], 0.0, self.start[1])
         if self.objects and self.bed is not None:  # an object is pushed anywhere, and its robot goes round it

@@ -31,6 +31,9 @@ _MOST = 3
 
 _GAP = 0.02
 
+_FASTEST = 2.0
+"""[m/s] Of an object when it begins: upwards it rises by 0.2 m, half of the arena's height."""
+
 _POISSONS_RATIO = 0.2
 """The robot's. Pressure waves of a solid with 0.3 are a fifth faster, and want as many more steps."""
 
@@ -51,6 +54,8 @@ class Objects:
       `below` a robot that hangs.
     * `object_gap`: between robot and object, or two objects; none on the back or below [m].
     * `object_shift`: of an object ahead or behind, to the right; of others, ahead [m].
+    * `object_speed`: with which they all begin, towards the robot; of those on the back or below, ahead [m/s].
+    * `object_speed_up`: the same, upwards [m/s].
     * `object_friction`: Coulomb coefficient between an object and the robot, or another object [-].
     * `object_ground_friction`: the same between an object and the ground [-].
     * `object_stiffness`: Young's modulus [Pa]; the robot's is 1e4.
@@ -67,6 +72,8 @@ class Objects:
     object_place: Place = "ahead"
     object_gap: float = _GAP
     object_shift: float = 0.0
+    object_speed: float = 0.0
+    object_speed_up: float = 0.0
     object_friction: float = 0.5
     object_ground_friction: float = 0.5
     object_stiffness: float = 3e4
@@ -83,6 +90,11 @@ class Objects:
         )
         if not np.isfinite(self.object_shift):
             raise UsageError(f"An object_shift of {self.object_shift:g} m is not possible. Give a finite number.")
+        if not max(abs(self.object_speed), abs(self.object_speed_up)) <= _FASTEST:
+            raise UsageError(
+                f"An object that begins with {self.object_speed:g} and {self.object_speed_up:g} m/s is not possible. "
+                f"Give an object_speed and an object_speed_up from -{_FASTEST:g} to {_FASTEST:g}."
+            )
         if not 1 <= self.object_count <= _MOST:
             raise UsageError(f"An object_count of {self.object_count} is not possible. Give 1 to {_MOST}.")
         if self.object_place == "below" and self.object_count > 1:
@@ -131,6 +143,17 @@ class Objects:
         return solid_of(self.object, self.object_size, self.object_file)
 
     @property
+    def moves(self) -> bool:
+        """Whether they begin with a velocity."""
+        return bool(self and (self.object_speed or self.object_speed_up))
+
+    @property
+    def _velocity(self) -> Array:
+        """With which they begin `[3]` [m/s]."""
+        x, z = _FAR.get(self.object_place, (-1.0, 0.0))
+        return np.array([-x * self.object_speed, self.object_speed_up, -z * self.object_speed])
+
+    @property
     def reach(self) -> float:
         """How far they go beyond the robot in any horizontal direction, at most [m]; 0 without any."""
         if not self:
@@ -154,6 +177,7 @@ class Objects:
             density=self.object_mass * (1.0 + self.object_mass_spread * self._draws[2]) / solid.volume,
         )
         rest = passive_solid(material, sample)
+        rest = replace(rest, velocities=np.broadcast_to(self._velocity, rest.positions.shape).copy())
         bodies: list[ElasticBody] = []
         for place in self._places(scene.robot, edge):
             moved = replace(rest, positions=rest.positions + place)

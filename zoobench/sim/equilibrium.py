@@ -21,6 +21,7 @@ from zoobench.files import hash_of_sources, replace_files
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.state import Matter
+from zoobench.sim.model.tensors import put
 from zoobench.sim.rest import come_to_rest
 from zoobench.sim.runtime import cache_folder
 from zoobench.sim.solver import Solver
@@ -41,6 +42,8 @@ def equilibrated(
 ) -> Matter | None:
     """The scene's state of rest, for `Solver(..., start=...)`: see `come_to_rest`; None for no frames.
 
+    Objects come to rest too, and then begin with the velocities that the scene gives them.
+
     A damaged file is replaced, and where no file can be written the state is computed every time. One that is not to be
     kept, as it will not be asked for again, is not written.
 
@@ -51,15 +54,26 @@ def equilibrated(
         return None
     # all matter moves until it rests; on the CPU, where that repeats bit for bit and one world is simulated faster
     fidelity = replace(fidelity, sleep=0.0, device="cpu")
-    path = state_folder() / f"{_key(scene, fidelity, frames, frame_seconds)}.npz"
+    still = _with_objects_at_rest(scene)
+    path = state_folder() / f"{_key(still, fidelity, frames, frame_seconds)}.npz"
     kept = _read(path)
     if kept is None:
-        kept = come_to_rest(Solver(scene, fidelity, frame_seconds=frame_seconds), frames)
+        kept = come_to_rest(Solver(still, fidelity, frame_seconds=frame_seconds), frames)
         if is_kept:
             with contextlib.suppress(OSError):
                 _write(path, kept)
                 _trim(path.parent)
+    for each in scene.objects:
+        if each.body.velocities.any():
+            put(kept.v[:, :, scene.slice_of(each.name)], each.body.velocities)
     return kept
+
+
+def _with_objects_at_rest(scene: Scene) -> Scene:
+    bodies = [replace(each.body, velocities=np.zeros_like(each.body.velocities)) for each in scene.objects]
+    return replace(
+        scene, objects=tuple(replace(each, body=body) for each, body in zip(scene.objects, bodies, strict=True))
+    )
 
 
 def state_folder() -> Path:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from zoobench.registry import Kind, register
 from zoobench.tasks.base import Motion, Task
-from zoobench.tasks.readings import common_readings
+from zoobench.tasks.readings import common_readings, late_mean
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -30,8 +30,7 @@ class Climb(Task):
 
     def score(self, motion: Motion) -> "Tensor":
         """The mean reward of the last quarter `[worlds]` [m]."""
-        rewards = self.reward(motion)
-        return rewards[-max(1, len(rewards) // 4) :].mean(dim=0)
+        return late_mean(self.reward(motion))
 
     def metrics(self, motion: Motion) -> Mapping[str, tuple["Tensor", str]]:
         """The greatest height gained, and the common readings."""

@@ -48,3 +48,8 @@ def actuation_energy(motion: Motion) -> "Tensor":
     Losses of an actuator are not included.
     """
     return motion.muscle_work.clamp(min=0.0).sum(dim=(0, 2))
+
+
+def late_mean(rewards: "Tensor") -> "Tensor":
+    """The mean of rewards `[frames, worlds]` over the last quarter of the frames `[worlds]`."""
+    return rewards[-max(1, len(rewards) // 4) :].mean(dim=0)
