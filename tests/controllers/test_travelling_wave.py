@@ -51,3 +51,15 @@ def test_the_range_holds_for_any_parameters() -> None:
     assert np.abs(activity(1e6, 1e3, 1e6, 10.0)).max() <= 1.0
     found = activity(1e6, 0.0, 1.0, 0.0, wave=TravellingWave(frequency=2.0))[:, 1]
     assert int((np.diff(np.sign(found)) != 0.0).sum()) in (15, 16)  # zeros of 8 Hz in a second
+
+
+def test_steering_bends_the_body_steadily() -> None:
+    """The fifth parameter moves the mean to its side and leaves the rest of the range to the wave; at 0 it is none."""
+    steered = TravellingWave(steering=True)
+    plain = activity(0.0, 0.0, 1.0, 0.0)
+    np.testing.assert_array_equal(activity(0.0, 0.0, 1.0, 0.0, 0.0, wave=steered), plain)
+    bend = math.tanh(-0.7)
+    np.testing.assert_allclose(
+        activity(0.0, 0.0, 1.0, 0.0, -0.7, wave=steered), bend * PLACES.side + (1.0 - abs(bend)) * plain
+    )
+    assert steered.parameter_count(4) == len(steered.initial(np.random.default_rng(0), 4)) == 5

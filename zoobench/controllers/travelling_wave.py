@@ -18,7 +18,7 @@ _RANGE = 4.0
 """Factor by which the frequency can differ from its reference, so that no wave is faster than control frames show."""
 
 
-@register(Kind.CONTROLLER, "travelling-wave", tags=("open-loop",))
+@register(Kind.CONTROLLER, "travelling-wave", tags=("open-loop",), added=("steering",))
 @dataclass(frozen=True, kw_only=True)
 class TravellingWave:
     """A wave of bending from head to tail with four parameters: frequency, waves along the body, strength, growth.
@@ -29,14 +29,19 @@ class TravellingWave:
     tail to head. Antagonists act in opposition; s is 0 for a muscle that does not bend the body, which rests. The plane
     of bending, sideways or up and down, is that in which the muscles have the larger moments.
 
+    With `steering` a fifth parameter bends the body steadily, by b = tanh(p4) of what its muscles can, and leaves
+    1 - |b| for the wave: a swimmer turns to that side.
+
     * `frequency`: where p0 = 0 [Hz].
     * `wavelength`: where p1 = 0, by the body's length [-].
     * `scale`: standard deviation of the parameters' prior, whose mean is 0, but 1 for p2.
+    * `steering`: whether there is the fifth parameter [-].
     """
 
     frequency: float = 4.0
     wavelength: float = 1.0
     scale: float = 0.3
+    steering: bool = False
     _places: MusclePlaces | None = field(default=None, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -53,12 +58,12 @@ class TravellingWave:
         return found
 
     def parameter_count(self, muscle_count: int) -> int:
-        """Four, for any body."""
-        return 4
+        """Four, for any body, or five with steering."""
+        return 4 + self.steering
 
     def initial(self, rng: np.random.Generator, muscle_count: int) -> NDArray[np.float64]:
         """Normal parameters about a wave of moderate strength at the reference frequency and wavelength."""
-        return rng.normal((0.0, 0.0, 1.0, 0.0), self.scale)
+        return rng.normal((0.0, 0.0, 1.0, 0.0, 0.0)[: 4 + self.steering], self.scale)
 
     def actuation(self, parameters: "Tensor", times: "Tensor", muscle_count: int) -> "Tensor":
         """Activity `[frames, worlds, muscle_count]`."""
@@ -67,8 +72,12 @@ class TravellingWave:
         row = (np.arange(muscle_count) + 0.5) / muscle_count
         places = self._places or MusclePlaces(row, np.ones(muscle_count))
         back, side = parameters.new_tensor(places.back), parameters.new_tensor(places.side)
-        rate, waves, strength, growth = parameters[:, :, None].unbind(dim=1)  # [worlds, 1]
+        rate, waves, strength, growth, *bias = parameters[:, :, None].unbind(dim=1)  # [worlds, 1]
         frequency = self.frequency * torch.exp(math.log(_RANGE) * torch.tanh(rate))
         envelope = side * torch.tanh(strength * torch.exp(growth * (back - 0.5)))  # [worlds, muscles]
         cycles = frequency * times[:, None, None] - (1.0 / self.wavelength + waves) * back
-        return envelope * torch.sin(2.0 * math.pi * cycles)
+        wave = envelope * torch.sin(2.0 * math.pi * cycles)
+        if not bias:
+            return wave
+        bend = torch.tanh(bias[0])
+        return bend * side + (1.0 - bend.abs()) * wave
