@@ -106,7 +106,7 @@ def test_a_bed_is_refused_in_the_rest_frame_at_once(
     monkeypatch.setattr(transfer_study, "Problem", lambda spec, **_: built.append(spec))
     refused = zoobench("evaluate", "1", "--env", "ground,desert", "--fidelity", "smoke[robot=lagrangian]")
     assert refused.code == 2
-    assert "moves on firm ground alone, and 'desert' has a bed" in refused.err
+    assert "moves on firm ground and in water by forces on its surface alone, and 'desert' has a bed" in refused.err
     assert not built
 
 

@@ -307,8 +307,8 @@ def test_a_robot_in_its_rest_frame_is_refused_in_a_bed(zoobench: Command) -> Non
     words = ("--task", "turning", "--method", "random", "--seeds", "1", "--fidelity", "smoke[robot=lagrangian]")
     reply = zoobench("run", "--env", "desert,ocean", *words)
     assert reply.code == 2
-    assert "moves on firm ground alone, and 'desert' has a bed" in reply.err
-    assert "'ocean' has a bed, water, an object or an obstacle" in reply.err
+    assert "moves on firm ground and in water by forces on its surface alone, and 'desert' has a bed" in reply.err
+    assert "'ocean' has a bed, other water, an object or an obstacle" in reply.err
     beside = zoobench("run", "--dry-run", "--env", "ground,desert", *words)
     assert beside.code == 0
     assert "1 runs to do of 1, 1 skipped" in beside.err

@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from tests.conformance.cells import POND, TANK, cell
+from tests.conformance.cells import POND, SEA, TANK, cell
 from zoobench import registry
 from zoobench.arrays import Array
 from zoobench.cell.problem import Problem
@@ -63,6 +63,7 @@ def _possible(env: str, task: str) -> list[str]:
     return [f"{env}[object=box,object_gap=0]"] if "object" in registry.get(Kind.ENV, env).parameters else []
 
 
+BODIES = [name for name in DESIGNS if "space" not in registry.get(Kind.DESIGN, name).tags]
 SWIMMERS = [name for name in DESIGNS if "water" in registry.get(Kind.DESIGN, name).tags]
 CELLS = [
     pytest.param(place, task, design, marks=() if _is_fast(place, task, design) else pytest.mark.slow)
@@ -72,6 +73,11 @@ CELLS = [
 CELLS += [
     pytest.param(POND, "movement-speed", name, id=f"pond-movement-speed-{name}")
     for name in (*SWIMMERS, "voxel")  # and a design space in water
+]
+CELLS += [
+    pytest.param(SEA, "movement-speed", name, id=f"sea-movement-speed-{name}", marks=marks)
+    # the surface of a relaxed body jumps with its shape, and a gradient holds it
+    for name, marks in [("orca", ()), *((name, pytest.mark.slow) for name in BODIES if name != "orca")]
 ]
 CELLS.append(pytest.param(TANK, "movement-speed", "caterpillar", id="tank-movement-speed-caterpillar"))
 THROWN = "ground[object=box,object_gap=0.005,object_speed=0.6]"
@@ -183,6 +189,8 @@ def _idles(env: str, design: str) -> bool:
             for names in itertools.product(ENVS, DESIGNS)
         ),
         pytest.param(POND, "voxel", id="pond-voxel"),
+        pytest.param(SEA, "fish", id="sea-fish"),
+        pytest.param(SEA, "voxel", id="sea-voxel"),
         pytest.param(TANK, "voxel", id="tank-voxel", marks=pytest.mark.slow),
     ],
 )

@@ -131,6 +131,8 @@ def test_waves_are_slower_under_weak_gravity() -> None:
         ("desert[friction_angle=90]", "friction_angle is 90"),
         ("ocean[density=300]", "too light for this water.*density of 500 kg/m.3 or more"),
         ("ocean[medium_density=2500]", "density of 1250 kg/m.3 or more"),
+        ("ocean[water=surface,medium_density=-1]", "positive density"),
+        ("ocean[current=0.1]", "flows in water=surface alone"),
         ("ocean[water=particles,tait_exponent=0]", "exponent is 0"),
         ("ocean[water=particles,gravity=80]", "compressed by 12 %"),
         ("ocean[water=particles,bulk_modulus=1e4]", "compressed by 15 %"),

@@ -226,5 +226,5 @@ def test_a_robot_beyond_its_terrain_has_diverged() -> None:
 @pytest.mark.parametrize("scene", [scenes.medium_scene("sand"), scenes.interface_scene()], ids=["bed", "contact"])
 def test_a_bed_is_refused(scene: Scene) -> None:
     """With where it may be used and what to choose instead."""
-    with pytest.raises(UsageError, match=r"moves on firm ground alone\. Choose an environment without a bed"):
+    with pytest.raises(UsageError, match=r"moves on firm ground and in water by forces.*without a bed"):
         Solver(scene, LAGRANGIAN)

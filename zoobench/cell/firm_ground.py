@@ -24,8 +24,9 @@ def rest_frame_fault(spec: RunSpec) -> str:
     if env.bed is None and env.water is None and not env.objects and not env.obstacles:
         return ""
     return (
-        f"A robot in its rest frame (robot=lagrangian) moves on firm ground alone, and {spec.env.name!r} has a bed, "
-        "water, an object or an obstacle. Choose an environment without, or robot=mpm."
+        "A robot in its rest frame (robot=lagrangian) moves on firm ground and in water by forces on its surface "
+        f"alone, and {spec.env.name!r} has a bed, other water, an object or an obstacle. Choose an environment "
+        "without, or robot=mpm."
     )
 
 
@@ -39,7 +40,7 @@ def held_fault(spec: RunSpec) -> str:
             "Choose another design, or robot=mpm."
         )
     env = registry.create(Kind.ENV, spec.env)
-    if env.water is not None:
+    if env.is_deep:
         return (
             f"The design {spec.design.name!r} hangs from a base, and nothing is held in the water of "
             f"{spec.env.name!r}. Choose another environment or design."

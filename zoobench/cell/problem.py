@@ -67,7 +67,7 @@ class Problem:
         self.meter = BudgetMeter()
         self._env: Environment = registry.create(Kind.ENV, spec.env)
         self.task: Task = registry.create(Kind.TASK, spec.task)
-        self.fidelity: Fidelity = registry.create(Kind.FIDELITY, spec.fidelity)
+        self.fidelity: Fidelity = self._env.simulated(registry.create(Kind.FIDELITY, spec.fidelity))
         self.robot = Robot.of(spec.design, spec.controller, self.fidelity, spec.task)
         if fault := task_fault(spec):
             raise UsageError(fault)

@@ -164,7 +164,8 @@ class Animal:
 
     def body(self, fidelity: Fidelity) -> Body:
         """The body at this resolution; its properties are smooth functions of place."""
-        return self._body(fidelity.with_particles(self.particles_per_cell))
+        least = self.particles_per_cell if fidelity.robot == "mpm" else 1
+        return self._body(fidelity.with_particles(least))
 
     @sampled_once
     def _body(self, fidelity: Fidelity) -> Body:
@@ -184,6 +185,7 @@ class Animal:
             # normalised to the mass of the same volume of muscle, so that an animal neither sinks nor rises
             density_ratio=density / np.average(density, weights=sample.volumes),
             fibres=sample.direction(self._directions(drawn, tissue), shares.sum(axis=1)),
+            distance=self.distance,
         )
 
     def _tissue(self, drawn: Array) -> Array:
@@ -225,6 +227,11 @@ class Animal:
         return found
 
 
+MIDDLE = 0.03125 / 1.5
+"""Height of a swimmer's middle as drawn, in some 3/4 of it [m]. At `SWIMMER_LENGTH` it is two cells of 1/64 m, three
+of 1/96 m and four of 1/128 m, so that what is symmetric as drawn is sampled so; it dives otherwise."""
+
+
 def swimmer(length: float, height: float, width: float, *parts: BodyPart) -> Animal:
     """A swimmer of this length [m], drawn with this height and width [m]."""
     return Animal(
@@ -233,10 +240,13 @@ def swimmer(length: float, height: float, width: float, *parts: BodyPart) -> Ani
     )  # fmt: skip
 
 
-def myomeres(trunk: Distance, sides: Muscles = SIDES) -> BodyPart:
-    """A trunk with four segments of muscle on each of two sides, from -0.046 to 0.040 m along x."""
+def myomeres(trunk: Distance, sides: Muscles = SIDES, *, stiffness: float = 1.0) -> BodyPart:
+    """A trunk with four segments of muscle on each of two sides, from -0.046 to 0.040 m along x.
+
+    Its muscles are as strong whatever its stiffness relative to muscle is: the softer, the farther they bend it.
+    """
     rows = in_a_row(("segment-1", "segment-2", "segment-3", "segment-4"), -0.046, 0.040)
-    return BodyPart(solid=trunk, muscles=crossed(rows, sides))
+    return BodyPart(solid=trunk, muscles=crossed(rows, sides), stiffness=stiffness)
 
 
 def paired(name: str, solid: Distance, fibre: Point) -> BodyPart:

@@ -30,6 +30,8 @@ class Body(BodyParticles):
         notes: notes for users on how the body was made, as sentences; such as repairs of a file.
         rings: places along x [m] at which pictures draw a ring around the body, as between segments.
         anchored: `[particle_count]` what is held at rest: the box around it; None for a body that is free.
+        distance: signed distance `[n]` [m] of points `[n, 3]` [m] to the solid's surface, negative inside; None where
+            only the particles are known.
         base_speed: of what is anchored, at full activity of its last three muscles' channels, which move it ahead, up
             and to the right [m/s]; 0 where it is held.
     """
@@ -44,6 +46,7 @@ class Body(BodyParticles):
     rings: tuple[float, ...] = ()
     anchored: Mask | None = None
     base_speed: float = 0.0
+    distance: Callable[[Array], Array] | None = None
 
     @classmethod
     def of(

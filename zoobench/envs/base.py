@@ -8,6 +8,7 @@ import numpy as np
 
 from zoobench.arrays import Array
 from zoobench.designs.base import Body
+from zoobench.designs.hull import hull_of
 from zoobench.envs.bed import Bed, sharing, without_overlap
 from zoobench.envs.hills import LEVEL, Hills
 from zoobench.envs.objects import NO_OBJECTS, Objects
@@ -23,6 +24,7 @@ from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.laws.water import WaterMaterial
 from zoobench.sim.model.scene import EARTH_GRAVITY, Ground, MediumBed, Scene, check_material
 from zoobench.sim.model.standing import standing
+from zoobench.sim.model.surface_water import SurfaceWater
 from zoobench.sim.model.terrain import Terrain
 
 LAND_ROBOT = LAND.robot
@@ -98,6 +100,7 @@ class Environment:
             water is level, its thickness above the lowest ground.
         skin: of the ground, by which it carries a robot outside water.
         water: that fills the arena, on a grid, in place of a bed; the ground is smooth.
+        surface_water: that acts on the robot's surface, without bounds, in place of ground and bed.
         objects: about the robot.
         obstacles: on its way.
     """
@@ -114,6 +117,7 @@ class Environment:
     profile: Profile = LEVEL_WAY
     skin: GroundSkin = SKIN
     water: GridWater | None = None
+    surface_water: SurfaceWater | None = None
     objects: Objects = NO_OBJECTS
     obstacles: Obstacles = NO_OBSTACLES
 
@@ -125,6 +129,8 @@ class Environment:
             raise UsageError(f"An arena of {self.arena} m{depth} is not possible. Give positive lengths that fit.")
         check_material("robot", self.robot)
         self._check_density(1.0)
+        if self.surface_water is not None:
+            self.surface_water.check()
         if self.bed is not None:
             check_material("medium", self.bed.material)
             self.bed.check(-self.gravity[1])
@@ -139,6 +145,20 @@ class Environment:
             self.stance is Stance.STANDING and not isinstance(self.bed.material, WaterMaterial)
         )
         return self.profile.is_level and not self.hills.relief and solid and not (self.objects or self.obstacles)
+
+    @property
+    def is_deep(self) -> bool:
+        """Whether water without particles surrounds the robot: on a grid, or by forces on its surface."""
+        return self.water is not None or self.surface_water is not None
+
+    def simulated(self, fidelity: Fidelity) -> Fidelity:
+        """The fidelity with which its scenes are simulated: water by forces on the surface has its robot in its rest
+        frame.
+
+        Raises:
+            UsageError: that cannot be with this fidelity.
+        """
+        return fidelity if self.surface_water is None else replace(fidelity, robot="lagrangian")
 
     def scene(self, body: Body, fidelity: Fidelity, seconds: float = EPISODE_SECONDS) -> Scene:
         """The body at rest at its start, in or on the medium without overlap.
@@ -159,7 +179,7 @@ class Environment:
                 terrain = _on_grid(terrain, start, h)
                 size[1] += float(terrain.heights.max())
         shift = start + fidelity.displacement
-        floor = self._floor(body, _rise(terrain, body.positions + shift))
+        floor = self._floor(body, _rise(terrain, body.positions + shift), float(size[1]))
         positions = body.positions + shift + np.array([0.0, floor, 0.0])
         if (positions < 0).any() or (positions > size).any():
             extent = tuple(float(length) for length in np.round(np.ptp(body.positions, axis=0), 3))
@@ -172,17 +192,19 @@ class Environment:
                 f"{floor:g} m. Use a smaller body{lower} or a larger arena."
             )
         placed = ElasticBody.placed(self.robot, body, positions, body.edge)
-        anchor = body.anchor(shift + np.array([0.0, floor, 0.0]))
+        shift_up = shift + np.array([0.0, floor, 0.0])
+        anchor = body.anchor(shift_up)
         robot = replace(placed, site_offsets=body.sites - body.positions, anchor=anchor, drive=body.drive)
-        sites = body.sites + shift + np.array([0.0, floor, 0.0])
+        sites = body.sites + shift_up
         scene = Scene(
             robot=robot,
             lower=(0.0, 0.0, 0.0),
             upper=(float(size[0]), float(size[1]), float(size[2])),
             medium=self._fill(size, terrain, robot, sites, fidelity, shared=body.malleable),
-            ground=Ground(self.friction, terrain, self.skin),
+            ground=None if self.surface_water else Ground(self.friction, terrain, self.skin),
             gravity=self.gravity,
             water=self.water,
+            surface_water=self.surface_water and replace(self.surface_water, hull=hull_of(body).moved(shift_up)),
             follows=follows,
         )
         scene = standing(scene, body.edge)
@@ -209,7 +231,9 @@ class Environment:
         needed = reach + 2.0 * max(FREE_ROOM, _FREE_SHARE * reach, _FREE_CELLS * h)
         length, height, width = self.arena
         size = np.array([2.0 * h * math.ceil(max(side, needed) / (2.0 * h) - 1e-6) for side in (length, height, width)])
-        size[1] = height
+        # water by forces has no bounds, and room for a body of any height
+        tall = 0.0 if self.surface_water is None else float(body.positions[:, 1].max()) + 2.0 * FREE_ROOM
+        size[1] = max(height, tall)
         return size, size * (0.5, 0.0, 0.5)
 
     def standing_size(self, seconds: float, grid_spacing: float) -> tuple[Array, Array]:
@@ -238,10 +262,11 @@ class Environment:
         start += [way + _whole(max(fall, 0.0), grid_spacing), 0.0, way]
         return size, start
 
-    def _floor(self, body: Body, rise: float) -> float:
-        """Height of the body's underside [m], where it must be above `rise` [m] to be clear of the ground."""
-        if self.water is not None:
-            return max(0.0, self.arena[1] - float(body.positions[:, 1].max())) / 2
+    def _floor(self, body: Body, rise: float, height: float) -> float:
+        """Height of the body's underside [m] in an arena of this height [m], where it must be above `rise` [m] to be
+        clear of the ground."""
+        if self.is_deep:
+            return max(0.0, height - float(body.positions[:, 1].max())) / 2
         if self.bed is None or self.stance is Stance.WADING:
             return rise
         if self.stance is Stance.STANDING:

@@ -9,6 +9,7 @@ from zoobench.envs.physics import FRESH_WATER, SWIMMER, Physics, Water
 from zoobench.envs.profile import LEVEL_WAY, Profile
 from zoobench.errors import UsageError
 from zoobench.registry import Kind, register
+from zoobench.sim.model.surface_water import SurfaceWater
 
 START = 0.4
 """Start of the robot, relative to the length."""
@@ -25,8 +26,8 @@ _PROVISIONAL = (
 
 
 @register(
-    Kind.ENV, "ocean", version=12, tags=("water", "fluid"), added=("water", "fluid", "hills", "profile", "physics"),
-    provisional=_PROVISIONAL,
+    Kind.ENV, "ocean", version=12, tags=("water", "fluid"),
+    added=("water", "fluid", "hills", "profile", "physics", "current"), provisional=_PROVISIONAL,
 )  # fmt: skip
 def ocean(
     *,
@@ -34,11 +35,12 @@ def ocean(
     length: float = 0.4375,
     width: float = 0.1875,
     bulk_modulus: float = 1e5,
-    water: Literal["grid", "particles"] = "grid",
+    water: Literal["grid", "particles", "surface"] = "grid",
     fluid: Water = FRESH_WATER,
     hills: Hills = LEVEL,
     profile: Profile = LEVEL_WAY,
     physics: Physics = SWIMMER,
+    current: float = 0.0,
 ) -> Environment:
     """Water three times as deep as a robot is tall, which floats in the middle.
 
@@ -48,22 +50,41 @@ def ocean(
     benchmark: weakly compressible, with a surface, and as thick as syrup. Of a coasting fish's speed 70 % are left
     after 10 ms in the former and 5 % in the latter, 80 to 90 % in real water.
 
+    Water by forces on the surface (`surface`) has no bounds, no wake and no memory: each part of the robot's surface
+    feels drag, lift and the inertia of the water that it moves (Lighthill 1960), which are the same on every grid. The
+    robot is in its rest frame then. Fish swim in it by half a length a beat, as real ones do.
+
     A level floor has no friction; hills, slopes, steps and gaps are rough, so that water rests on them; water on a grid
     has none.
 
     * `depth`: of the water above the lowest ground [m].
-    * `length`, `width`: of water and arena along x and z, on a grid at least [m].
+    * `length`, `width`: of water and arena along x and z, on a grid at least [m]; no bounds of water by forces on the
+      surface.
     * `bulk_modulus`: K of water of particles [Pa]. At 1e5 the water is compressed by 1.5 % at the bottom, and the speed
       of sound is 10 m/s.
-    * `water`: `grid` or `particles` [-].
+    * `water`: `grid`, `particles` or `surface` [-].
+    * `current`: steady velocity of water by forces on the surface, ahead [m/s].
     """
     is_level = profile.is_level and not hills.relief
     gravity = (0.0, -physics.gravity, 0.0)
+    if current and water != "surface":
+        raise UsageError(f"A current of {current:g} m/s flows in water=surface alone. Choose that, or leave it out.")
+    if not is_level and water != "particles":
+        raise UsageError(
+            "Water on a grid has a level floor, and water by forces on the surface has none. Leave out hills, slopes, "
+            "steps and gaps, or use water=particles."
+        )
+    if water == "surface":
+        return Environment(
+            robot=physics.robot,
+            friction=0.0,
+            arena=(length, depth, width),
+            start=(START, 0.5),
+            stance=Stance.SWIMMING,
+            gravity=gravity,
+            surface_water=SurfaceWater(density=fluid.medium_density, current=(current, 0.0, 0.0)),
+        )
     if water == "grid":
-        if not is_level:
-            raise UsageError(
-                "Water on a grid has a level floor. Leave out hills, slopes, steps and gaps, or use water=particles."
-            )
         return Environment(
             robot=physics.robot,
             friction=0.0,

@@ -21,7 +21,7 @@ def register_envs() -> None:
     A task with an object has a box ahead of the robot, or below one that hangs, where an environment takes objects;
     nothing hangs in the water of an environment.
     """
-    wet = {name for name in registry.names(Kind.ENV) if registry.create(Kind.ENV, Ref(name)).water is not None}
+    wet = {name for name in registry.names(Kind.ENV) if registry.create(Kind.ENV, Ref(name)).is_deep}
     for env, design, task in product(registry.names(Kind.ENV), _bodies(), _tasks()):
         name = name_of(env, design, task)
         is_with_object = registry.get(Kind.TASK, task).needs_object

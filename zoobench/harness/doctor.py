@@ -15,8 +15,8 @@ from typing import Any
 from zoobench.errors import StorageError, reason
 
 _PACKAGES = (
-    "alembic", "cma", "neat-python", "numpy", "pandas", "psutil", "pydantic", "pyyaml", "rich", "roma", "scipy",
-    "sqlalchemy", "taichi", "torch", "typer",
+    "alembic", "cma", "neat-python", "numpy", "pandas", "psutil", "pydantic", "pyyaml", "rich", "roma", "scikit-image",
+    "scipy", "sqlalchemy", "taichi", "torch", "typer",
 )  # fmt: skip
 _LITTLE_SPACE = 1 << 30  # [bytes]
 _SOON_READ = 32 << 20  # [bytes]; read within a second

@@ -150,11 +150,11 @@ def snapshots(
     """
     if frames < 0:
         raise UsageError(f"An episode of {frames} frames cannot be drawn. Give 0 or more.")
-    grid = registry.create(Kind.FIDELITY, fidelity)
-    body: Body = registry.create(Kind.DESIGN, design).body(grid)
-    driver = placed_on(body, registry.create(Kind.CONTROLLER, controller))
     for name in envs:
         env: Environment = registry.create(Kind.ENV, name)
+        grid = env.simulated(registry.create(Kind.FIDELITY, fidelity))
+        body: Body = registry.create(Kind.DESIGN, design).body(grid)
+        driver = placed_on(body, registry.create(Kind.CONTROLLER, controller))
         scene = env.scene(body, grid)
         solver = Solver(scene, grid, start=equilibrated(scene, grid, env.equilibration_frames))
         if frames:

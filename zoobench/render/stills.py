@@ -64,7 +64,7 @@ def titles(shot: Snapshot, *, small: bool = False) -> tuple[str, str]:
     count = sum(places.shape[1] for places in (shot.robot, *shot.objects.values(), shot.medium))
     medium = shot.scene.medium
     below = "bare ground" if medium is None else medium.material.name
-    if shot.scene.water is not None:
+    if shot.scene.water is not None or shot.scene.surface_water is not None:
         below = "water"
     if small:
         return f"{shot.env} ({below})", f"{shot.fidelity}, {count:,} particles"

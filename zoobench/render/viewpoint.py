@@ -83,7 +83,8 @@ def region_of(recording: Recording) -> Region:
         smallest = np.array([_SMALLEST[0], 0.0, _SMALLEST[1]]) / 2
         middle, half = (seen_low + seen_high) / 2, np.maximum((seen_high - seen_low) / 2, smallest)
         lower, upper = np.maximum(lower, middle - half), np.minimum(upper, middle + half)
-    lower[1], upper[1] = scene.lower[1], tallest + _HEADROOM
+    floor = scene.lower[1] if scene.surface_water is None else float(solid[:, 1].min()) - _MARGIN
+    lower[1], upper[1] = floor, tallest + _HEADROOM
     return Region(recording, lower, upper, immersed, level, apron)
 
 

@@ -253,7 +253,7 @@ class Launcher:
         """The scalars that the kernels share, see `layout.CONSTANTS`."""
         scene = self._scene
         mu, lam = lame_parameters(scene.robot.material.youngs_modulus, scene.robot.material.poissons_ratio)
-        bed = scene.water or (scene.medium.material if scene.medium else None)
+        bed = scene.water or scene.surface_water or (scene.medium.material if scene.medium else None)
         friction = scene.ground.friction if scene.ground else 0.0
         skin = scene.ground.skin if scene.ground else GroundSkin()
         full = self._fidelity.grid_spacing**3

@@ -27,10 +27,10 @@ class RestFrameLauncher(Launcher):
     def __init__(
         self, scene: Scene, fidelity: Fidelity, worlds: int, real: torch.dtype, device: str, parallel: bool
     ) -> None:
-        if not scene.is_bare or scene.objects:
+        if scene.medium or scene.water or scene.objects:
             raise UsageError(
-                "A robot in its rest frame (robot=lagrangian) moves on firm ground alone. Choose an environment "
-                "without a bed, water or objects, or robot=mpm."
+                "A robot in its rest frame (robot=lagrangian) moves on firm ground and in water by forces on its "
+                "surface. Choose an environment without a bed, water of another kind or objects, or robot=mpm."
             )
         if scene.robot.anchor is not None or scene.robot.drive is not None:
             raise UsageError(

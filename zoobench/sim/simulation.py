@@ -24,6 +24,7 @@ from zoobench.sim.model.step_limits import StepLimit
 from zoobench.sim.model.tensors import fetch, memory
 from zoobench.sim.muscle_energy import MuscleEnergy
 from zoobench.sim.rest_frame_launcher import RestFrameLauncher
+from zoobench.sim.surface_water_launcher import SurfaceWaterLauncher
 
 LARGEST_PLACE = 2.0**30
 """Distance from the grid's first node [cells] up to which it is a whole number to the kernels."""
@@ -71,6 +72,7 @@ class Simulation:
         self.muscle_count = scene.robot.muscle_count if Effect.MUSCLE in scene.effects else 0
         self.meter = SubstepMeter()
         kind = Launcher if fidelity.robot == "mpm" else RestFrameLauncher
+        kind = kind if scene.surface_water is None else SurfaceWaterLauncher
         self.launcher = kind(
             scene, fidelity, worlds, self._real, device, device == "cuda" if parallel is None else parallel
         )

@@ -14,6 +14,7 @@ import numpy as np
 from zoobench import registry
 from zoobench.arrays import Array
 from zoobench.cell.driving import random_actuation
+from zoobench.envs.base import Environment
 from zoobench.errors import DivergenceError, UsageError
 from zoobench.registry import Kind, short
 from zoobench.sim.equilibrium import equilibrated
@@ -63,11 +64,12 @@ def balance(spec: RunSpec) -> Balance:
         DivergenceError: the simulation diverged.
         UsageError: the scene's water is on a grid.
     """
-    grid, env = registry.create(Kind.FIDELITY, spec.fidelity), registry.create(Kind.ENV, spec.env)
+    env: Environment = registry.create(Kind.ENV, spec.env)
+    grid = env.simulated(registry.create(Kind.FIDELITY, spec.fidelity))
     # matter that an arena leaves behind would take its energy along
     scene = replace(env.scene(registry.create(Kind.DESIGN, spec.design).body(grid), grid), follows=False)
-    if scene.water is not None:
-        raise UsageError("energy is followed in particles, and water on a grid has none.")
+    if scene.water is not None or scene.surface_water is not None:
+        raise UsageError("energy is followed in particles, and water on a grid or by forces has none.")
     start = equilibrated(scene, grid, env.equilibration_frames, frame_seconds=FRAME_SECONDS)
     solver = Solver(scene, grid, frame_seconds=FRAME_SECONDS, start=start)
     controller, frames = registry.create(Kind.CONTROLLER, spec.controller), min(FRAMES, spec.frames)

@@ -65,9 +65,9 @@ def measure(env: Ref, fidelity: Ref, *, worlds: int = 1, gradients: bool = True,
         UsageError: this machine lacks the device of the fidelity, or the device cannot simulate the scene.
         DivergenceError: the simulation diverged.
     """
-    grid: Fidelity = registry.create(Kind.FIDELITY, fidelity)
-    check_device(grid.device)
     environment: Environment = registry.create(Kind.ENV, env)
+    grid: Fidelity = environment.simulated(registry.create(Kind.FIDELITY, fidelity))
+    check_device(grid.device)
     scene = environment.scene(registry.create(Kind.DESIGN, Ref("caterpillar")).body(grid), grid)
     solvers = [Solver(scene, grid, worlds=worlds, gradients=each) for each in (False, True)[: 1 + gradients]]
     seconds = work_clock(grid.device)

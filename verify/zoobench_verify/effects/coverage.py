@@ -82,8 +82,8 @@ def studied_scenes(envs: list[Ref], fidelity: Ref) -> Iterator[StudiedScene]:
     Raises:
         UnknownNameError, UsageError: a name or a parameter that cannot be used.
     """
-    grid: Fidelity = registry.create(Kind.FIDELITY, fidelity)
-    body = registry.create(Kind.DESIGN, Ref("caterpillar")).body(grid)
     for env in envs:
         environment: Environment = registry.create(Kind.ENV, env)
+        grid: Fidelity = environment.simulated(registry.create(Kind.FIDELITY, fidelity))
+        body = registry.create(Kind.DESIGN, Ref("caterpillar")).body(grid)
         yield StudiedScene(str(env), environment.scene(body, grid), grid)

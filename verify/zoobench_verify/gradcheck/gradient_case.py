@@ -49,7 +49,7 @@ class GradientCase:
         seed: int = 0,
     ) -> None:
         environment: Environment = registry.create(Kind.ENV, env)
-        grid = replace(registry.create(Kind.FIDELITY, fidelity), precision=64)
+        grid = environment.simulated(replace(registry.create(Kind.FIDELITY, fidelity), precision=64))
         self.env, self.task = str(env), str(task)
         self._task = registry.create(Kind.TASK, task)
         self._robot = Robot.of(design, controller, grid, task)

@@ -40,7 +40,7 @@ from zoobench.sim.kernels.layout import (
 )
 from zoobench.sim.kernels.skin_contact import coulomb_friction, ground_below, layer_force
 from zoobench.sim.kernels.survey import largest_square
-from zoobench.sim.model.rest_cells import LANES
+from zoobench.sim.model.rest_cells import LANES, WEAKEST
 
 FORCE, LAYER_FORCE = 2, 3
 """Rows of a node beside X and V: internal force [N], and force of the ground's skin [N]."""
@@ -48,7 +48,7 @@ FORCE, LAYER_FORCE = 2, 3
 OF_VOLUME, OF_MU, OF_LAM, OF_TENSION, OF_FIBRE = 0, 1, 2, 3, 4
 """Rows of `law`: volume [m^3], Lame parameters and tension [Pa], and three of the fibre."""
 
-WEAK, WEAKNESS = -2, 0.01
+WEAK, WEAKNESS = WEAKEST, 0.01
 """Largest number of a weak point, whose particle is as far below it, and its volume by that of the particle: enough to
 hold nodes with a 64th of the particle's mass, and too little for the bound on the step."""
 

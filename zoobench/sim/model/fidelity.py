@@ -57,8 +57,8 @@ class Fidelity:
             is near, see `sim.sleep`; 0 to have all of it move, as all of it does on a GPU.
         device: `cpu`, or `cuda` for a GPU of NVIDIA, where sums differ in their last bits from run to run.
         robot: `mpm`, which moves through the grid as matter of a bed does, or `lagrangian`, on a grid in its rest frame
-            (`kernels.rest_frame`): on firm ground alone, faster, and it does not tear. Then transfer, kernel and shift
-            have no meaning.
+            (`kernels.rest_frame`): on firm ground and in water by forces on its surface alone, faster, and it does
+            not tear. Then transfer, kernel and shift have no meaning.
     """
 
     grid_spacing: float

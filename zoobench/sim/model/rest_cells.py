@@ -26,6 +26,9 @@ from zoobench.sim.model.fidelity import Fidelity
 LANES = 8
 """Nodes of a cell, and particles that are computed together."""
 
+WEAKEST = -2
+"""Number of particles from which on down a place is a weak point's."""
+
 _HOLDING = 4
 """Particles that hold the nodes of a cell."""
 
@@ -86,16 +89,16 @@ class RestCells:
         for cell in np.flatnonzero(few):
             own = int((particles[cell] >= 0).sum())
             in_cell[cell, own:] = _empty_sites(in_cell[cell, :own])
-            particles[cell, own:] = -2 - order[cell]
+            particles[cell, own:] = WEAKEST - order[cell]
         _, one, shape = np.unique(in_cell.reshape(len(in_cell), -1), axis=0, return_index=True, return_inverse=True)
         return cls(
             places=low + keys * h,
             nodes=ids[order].astype(np.int32),
             particles=particles.astype(np.int32),
             shape=shape.ravel().astype(np.int32),
-            slopes=_gradients(in_cell[one], h),
-            masses=_weights(in_cell[one]),
-            weights=_weights(((body.positions - low) / h - cells)[known]),
+            slopes=gradients(in_cell[one], h),
+            masses=trilinear(in_cell[one]),
+            weights=trilinear(((body.positions - low) / h - cells)[known]),
         )
 
 
@@ -147,14 +150,14 @@ def _empty_sites(taken: Array) -> Array:
     return sites[np.argsort(-nearest, kind="stable")][: LANES - len(taken)]
 
 
-def _weights(at: Array) -> Array:
+def trilinear(at: Array) -> Array:
     """Trilinear weights `[..., 8, lanes]` of the nodes at places `[..., lanes, 3]` in the cell [cells]."""
     each = np.where(_CORNERS[:, None, :] == 1, at[..., None, :, :], 1.0 - at[..., None, :, :])
     return cast("Array", each.prod(axis=-1))
 
 
-def _gradients(at: Array, h: float) -> Array:
-    """Gradients `[..., 8, 3, lanes]` of `_weights` [1/m]."""
+def gradients(at: Array, h: float) -> Array:
+    """Gradients `[..., 8, 3, lanes]` of `trilinear` [1/m]."""
     each = np.where(_CORNERS[:, None, :] == 1, at[..., None, :, :], 1.0 - at[..., None, :, :])
     sign = np.where(_CORNERS == 1, 1.0, -1.0) / h
     found = [sign[:, None, d] * np.delete(each, d, axis=-1).prod(axis=-1) for d in range(3)]

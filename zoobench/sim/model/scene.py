@@ -20,6 +20,7 @@ from zoobench.sim.model.grid_water import GridWater
 from zoobench.sim.model.ground_skin import SKIN, GroundSkin
 from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.laws.medium import Medium
+from zoobench.sim.model.surface_water import SurfaceWater
 from zoobench.sim.model.terrain import Terrain
 
 EARTH_GRAVITY = (0.0, -9.81, 0.0)
@@ -128,6 +129,7 @@ class Scene:
         follows: whether the arena moves along x and z with the robot, so that level ground, solid matter and water on a
             grid have no end.
         objects: further elastic bodies, with velocity fields of their own.
+        surface_water: water without bounds that acts on the robot's surface, in place of all else around it, or None.
     """
 
     robot: ElasticBody
@@ -139,9 +141,17 @@ class Scene:
     water: GridWater | None = None
     follows: bool = False
     objects: tuple[SceneObject, ...] = ()
+    surface_water: SurfaceWater | None = None
 
     def __post_init__(self) -> None:
         _check_elastic(self.robot)
+        if self.surface_water is not None:
+            self.surface_water.check()
+            if self.ground is not None or self.medium is not None or self.water is not None or self.objects:
+                raise SceneError(
+                    "Water by forces on the robot's surface has no bounds, and nothing else is in it. Leave out "
+                    "ground, medium, objects and water on a grid."
+                )
         if self.water is not None:
             self.water.check()
             if self.medium is not None or (self.ground is not None and not self.ground.is_smooth):
@@ -240,8 +250,8 @@ class Scene:
 
     @property
     def is_bare(self) -> bool:
-        """Whether neither a medium nor water on a grid surrounds the robot."""
-        return self.medium is None and self.water is None
+        """Whether neither a medium nor water surrounds the robot."""
+        return self.medium is None and self.water is None and self.surface_water is None
 
     @property
     def effects(self) -> frozenset[Effect]:
@@ -259,7 +269,7 @@ class Scene:
                 found.add(Effect.CONTACT)
         if self.objects:
             found.add(Effect.CONTACT)
-        if self.water is not None:
+        if self.water is not None or self.surface_water is not None:
             found.add(Effect.FLUID)
         if self.ground is not None and self.ground.friction > 0:
             found.add(Effect.FRICTION)

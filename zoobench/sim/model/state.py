@@ -19,6 +19,10 @@ ROBOT_ROWS, SOLID_ROWS = 8, 9
 """Rows of four lanes in which a particle is stored: place, velocity, three of C, three of F; a solid medium has four of
 strain, history and stress in place of F."""
 
+NODE_ROWS, WET_NODE_ROWS = 4, 6
+"""Rows of four lanes of a node of a robot in its rest frame: place, velocity and two forces; in water by forces on the
+surface two more for the added mass."""
+
 WINDOW_SIZE = 8
 
 
@@ -32,8 +36,8 @@ class Matter:
         window: `[slots, worlds, 8]` first and past-the-last node in use, and where momenta of the nodes are kept.
         flow: `[slots, worlds, cells, 4]` water on a grid, as `kernels.water_grid.water_layout` has it.
         robot: number of elastic particles, the robot's and those of objects, which come first.
-        nodes: `[slots, worlds, nodes, 4, 4]` of a robot in its rest frame, as `kernels.rest_frame` has them; the
-            particles' rows then follow from them.
+        nodes: `[slots, worlds, nodes, NODE_ROWS or WET_NODE_ROWS, 4]` of a robot in its rest frame, as
+            `kernels.rest_frame` has them; the particles' rows then follow from them.
 
     The other attributes are views of `state`:
         x, v: `[slots, worlds, particles, 3]` [m], [m/s].
@@ -57,10 +61,10 @@ class Matter:
     @classmethod
     def zeros(
         cls, slots: int, worlds: int, robot: int, medium: int, solid: bool, real: torch.dtype, device: str,
-        cells: int = 0, nodes: int = 0,
+        cells: int = 0, nodes: tuple[int, int] = (0, NODE_ROWS),
     ) -> Self:  # fmt: skip
         """All zero, for `medium` particles, which store strain and stress if they are `solid`, `cells` of water, and
-        `nodes` of the robot.
+        `nodes` of the robot with so many rows.
 
         On the CPU, slots take no memory before they are written.
         """
@@ -69,7 +73,7 @@ class Matter:
         flow = lazy_zeros((slots, worlds, cells, 4), real, device)
         return cls(
             lazy_zeros(shape, real, device), window, flow, robot,
-            lazy_zeros((slots, worlds, nodes, 4, 4), real, device),
+            lazy_zeros((slots, worlds, *nodes, 4), real, device),
         )  # fmt: skip
 
     @property
@@ -312,7 +316,8 @@ def empty_matter(
     medium = scene.medium
     count = medium.particle_count if medium else 0
     solid = medium is not None and not medium.material.is_liquid
-    return Matter.zeros(slots, worlds, scene.elastic.particle_count, count, solid, real, device, cells, nodes)
+    rows = NODE_ROWS if scene.surface_water is None else WET_NODE_ROWS
+    return Matter.zeros(slots, worlds, scene.elastic.particle_count, count, solid, real, device, cells, (nodes, rows))
 
 
 def initial_matter(

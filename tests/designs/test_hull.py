@@ -1,0 +1,85 @@
+"""The surface of a body in water."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from zoobench import registry
+from zoobench.designs.base import Body
+from zoobench.designs.hull import TRIANGLES, hull_of
+from zoobench.designs.sampling import SolidSample
+from zoobench.registry import Kind
+from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.lattice import fill_box
+from zoobench.sim.model.potential_flow import areas
+from zoobench.spec import Ref
+
+DRAFT = Fidelity(1 / 64, robot="lagrangian")
+STANDARD = replace(DRAFT, grid_spacing=1 / 96)
+
+
+def _fish(fidelity: Fidelity) -> Body:
+    body: Body = registry.create(Kind.DESIGN, Ref("fish")).body(fidelity)
+    return body
+
+
+def test_hull_of_a_solid_is_closed_and_has_its_volume() -> None:
+    """Its triangles face outwards, and are about as many as asked for."""
+    hull = hull_of(_fish(DRAFT))
+    assert np.abs(areas(hull.triangles).sum(axis=0)).max() < 1e-9
+    assert hull.volume == pytest.approx(_fish(DRAFT).volumes.sum(), rel=0.07)
+    assert 0.7 * TRIANGLES < len(hull.triangles) < 1.5 * TRIANGLES
+
+
+def test_hull_of_a_solid_does_not_depend_on_the_grid() -> None:
+    """It is that of the drawing; a body's box is measured on each grid, by which its cubes differ a little."""
+    draft, standard = hull_of(_fish(DRAFT)), hull_of(_fish(STANDARD))
+    assert standard.volume == pytest.approx(draft.volume, rel=0.01)
+    water = [each.phi @ np.linalg.norm(areas(each.triangles), axis=1) for each in (draft, standard)]
+    assert water[1] == pytest.approx(water[0], rel=0.02)
+
+
+def test_a_symmetric_solid_has_a_symmetric_hull() -> None:
+    """So that no fish turns for its triangles."""
+    hull = hull_of(_fish(DRAFT))
+    vectors, middles = areas(hull.triangles), hull.triangles.mean(axis=1)
+    sizes = np.linalg.norm(vectors, axis=1)
+    assert abs(sizes * hull.phi @ middles[:, 2]) < 1e-3 * (sizes * hull.phi @ np.abs(middles[:, 2]))
+
+
+def test_hull_of_particles_is_that_of_their_cubes() -> None:
+    """Within a twentieth of the volume, as where only particles are known the corners are cut."""
+    fish = _fish(STANDARD)
+    known, found = hull_of(fish), hull_of(replace(fish, distance=None))
+    assert found.volume == pytest.approx(known.volume, rel=0.08)
+    areas_of = [np.linalg.norm(areas(each.triangles), axis=1).sum() for each in (known, found)]
+    assert areas_of[1] == pytest.approx(areas_of[0], rel=0.1)
+
+
+def _cubes(shape: tuple[int, int, int], fill: float = 1.0) -> Body:
+    """A box of full cubes, of which there is a share."""
+    edge = 1 / 128
+    sites = fill_box(np.zeros(3), edge * np.array(shape), edge, 1)
+    sample = SolidSample.filled(sites, edge)
+    sample = replace(sample, volumes=fill * sample.volumes)
+    ends = {"head": np.ones(len(sites), bool), "tail": np.ones(len(sites), bool)}
+    return Body.of(sample, np.ones((len(sites), 1)), ("muscle",), **ends)
+
+
+def test_a_thin_plate_has_a_surface() -> None:
+    """One of a layer of cubes that it fills by a third, too."""
+    hull = hull_of(_cubes((8, 1, 8), fill=0.3))
+    flat = np.abs(areas(hull.triangles)[:, 1]).sum()
+    assert flat == pytest.approx(2 * (8 / 128) ** 2, rel=0.05)
+    assert np.abs(areas(hull.triangles).sum(axis=0)).max() < 1e-12
+
+
+def test_matter_that_is_thin_everywhere_has_a_surface() -> None:
+    """As a relaxed body of a design space at its beginning, and a large body is found with larger cubes."""
+    assert hull_of(replace(_cubes((6, 6, 6)), occupancy=np.full(216, 0.3))).volume == pytest.approx(
+        (6 / 128) ** 3, rel=0.1
+    )
+    large = hull_of(_cubes((30, 20, 10)))
+    assert len(large.triangles) <= 2 * TRIANGLES
+    assert large.triangles.mean(axis=(0, 1)) == pytest.approx(np.array([15, 10, 5]) / 128, rel=0.05)

@@ -1,0 +1,63 @@
+"""The ocean in its three kinds of water."""
+
+import numpy as np
+import pytest
+
+from zoobench import registry
+from zoobench.designs.base import Body
+from zoobench.envs.base import Environment
+from zoobench.errors import UsageError
+from zoobench.registry import Kind
+from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.scene import Effect
+from zoobench.sim.solver import Solver
+from zoobench.spec import Ref
+
+SMOKE = Fidelity(1 / 32)
+
+
+def _made(text: str) -> Environment:
+    env: Environment = registry.create(Kind.ENV, Ref.parse(text))
+    return env
+
+
+def _body(design: str, fidelity: Fidelity) -> Body:
+    body: Body = registry.create(Kind.DESIGN, Ref.parse(design)).body(fidelity)
+    return body
+
+
+def test_water_by_forces_has_its_robot_in_its_rest_frame() -> None:
+    """Whatever the fidelity says; the others leave it as it is, and one for a GPU is refused."""
+    surface = _made("ocean[water=surface]")
+    assert surface.simulated(SMOKE).robot == "lagrangian"
+    assert _made("ocean[water=grid]").simulated(SMOKE) is SMOKE
+    with pytest.raises(UsageError, match="CPU alone"):
+        surface.simulated(Fidelity(1 / 32, device="cuda"))
+
+
+def test_water_by_forces_has_no_bounds() -> None:
+    """There is no ground, and bodies of any height float in the middle of the picture."""
+    env = _made("ocean[water=surface]")
+    scene = env.scene(_body("panda[length=0.4]", env.simulated(SMOKE)), env.simulated(SMOKE))
+    assert scene.ground is None
+    assert scene.follows
+    assert Effect.FLUID in scene.effects
+    middle = (scene.robot.positions.max(axis=0) + scene.robot.positions.min(axis=0)) / 2
+    assert middle[1] == pytest.approx(scene.upper[1] / 2, rel=0.05)
+
+
+@pytest.mark.parametrize("setting", ["slope=5", "relief=0.02"])
+def test_ground_is_refused_where_water_has_none(setting: str) -> None:
+    """With the water that has one."""
+    with pytest.raises(UsageError, match="use water=particles"):
+        _made(f"ocean[water=surface,{setting}]")
+
+
+def test_a_current_takes_a_robot_along() -> None:
+    """One that does not move its muscles drifts with it in the end."""
+    env = _made("ocean[water=surface,current=0.3]")
+    fidelity = env.simulated(SMOKE)
+    solver = Solver(env.scene(_body("block", fidelity), fidelity), fidelity)
+    moved = solver.run(np.zeros((100, 1, solver.muscle_count))).positions[[0, -1], 0].mean(axis=1)
+    assert 0.3 * 0.4 * 0.8 > moved[1, 0] - moved[0, 0] > 0.3 * 0.1 * 0.8
+    assert moved[1, 1:] == pytest.approx(moved[0, 1:], abs=2e-3)

@@ -1,0 +1,93 @@
+"""The surface of a body in water, with its added mass: that of its solid, the same at every resolution, or, where only
+its particles are known, where half of space is theirs."""
+
+import math
+from collections.abc import Callable
+from typing import cast
+
+import numpy as np
+
+from zoobench.arrays import Array
+from zoobench.designs.base import Body
+from zoobench.sim.model.potential_flow import areas
+from zoobench.sim.model.surface_water import Hull
+
+TRIANGLES = 1500
+"""About so many. The fish has them where cubes of 5 mm find its surface, whose fins are three of them thick. The time
+that the added mass takes grows as the square of the number and more: a second here."""
+
+_MOST = 2
+"""Times as many at most of particles, whose cubes are what they are."""
+
+_COARSE = 1 / 24
+"""Edge of the cubes by which triangles are counted first [of the length]."""
+
+_SLIVER = 1e-4
+"""Area of the least triangles [of a cube's face]."""
+
+_CLOSED = 0.6
+"""Share of a cube that a part counts for which is thinner than half a cube, so that it has a surface."""
+
+_REACH = 2.5
+"""Over which the gradient of the added mass is a mean [edges]."""
+
+_CROSS = np.array([[[abs(x) + abs(y) + abs(z) <= 1 for z in (-1, 0, 1)] for y in (-1, 0, 1)] for x in (-1, 0, 1)])
+"""A cube and those that share a face with it."""
+
+
+def hull_of(body: Body) -> Hull:
+    """The surface of a body, which is kept with it."""
+    kept = vars(body)
+    if "_hull" not in kept:
+        triangles, edge = _of_particles(body) if body.distance is None else _of_solid(body, body.distance)
+        kept["_hull"] = Hull.of(triangles, _REACH * edge)
+    return cast("Hull", kept["_hull"])
+
+
+def _of_solid(body: Body, distance: Callable[[Array], Array]) -> tuple[Array, float]:
+    """The surface of a solid in triangles `[n, 3, 3]` [m], and the edge of the cubes that it was found with [m]."""
+
+    low, high = body.box
+
+    def found(edge: float) -> Array:
+        counts = np.ceil((high - low) / edge).astype(int) + 4  # symmetric where the body is
+        axes = [
+            middle + edge * (np.arange(n) - (n - 1) / 2) for middle, n in zip((low + high) / 2, counts, strict=True)
+        ]
+        points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+        triangles = _surface(-distance(points.reshape(-1, 3)).reshape(points.shape[:3]), 0.0, edge)
+        return cast("Array", triangles + points[0, 0, 0])
+
+    coarse = _COARSE * float(body.size.max())
+    edge = coarse * math.sqrt(len(found(coarse)) / TRIANGLES)
+    return found(edge), edge
+
+
+def _of_particles(body: Body) -> tuple[Array, float]:
+    """The same where half of space is particles', in blocks of their cubes where triangles would be too many."""
+    from scipy.ndimage import maximum_filter
+
+    index = np.round((body.sites - body.sites.min(axis=0)) / body.edge).astype(int)
+    low, block = body.sites.min(axis=0), 1
+    while True:
+        shape = tuple((index.max(axis=0) // block + 3).tolist())
+        fill = np.zeros(shape)
+        np.add.at(fill, tuple((index // block + 1).T), body.occupancy * body.volumes / (block * body.edge) ** 3)
+        whole = min(1.0, float(fill.max()))  # of a relaxed body, which may be thin matter everywhere
+        thin = (fill > 0.0) & (maximum_filter(fill, footprint=_CROSS) < _CLOSED * whole)
+        triangles = _surface(np.where(thin, _CLOSED * whole, fill), 0.5 * whole, block * body.edge)
+        if len(triangles) <= _MOST * TRIANGLES:
+            return triangles + low - (0.5 * block + 0.5) * body.edge, block * body.edge
+        block += 1
+
+
+def _surface(field: Array, level: float, edge: float) -> Array:
+    """The surface at which a field on cubes of this edge [m] falls to a level, in triangles `[n, 3, 3]` [m] whose
+    corners are anticlockwise as seen from where it is lower."""
+    from skimage import measure
+
+    corners, faces, *_ = measure.marching_cubes(  # type: ignore[no-untyped-call]
+        field, level, spacing=(edge,) * 3, gradient_direction="ascent"
+    )
+    found = corners[faces]
+    return cast("Array", found[np.linalg.norm(areas(found), axis=1) > _SLIVER * edge**2])

@@ -1,0 +1,305 @@
+"""Water by forces on the surface of a robot in its rest frame, see `model.surface_water`: forces and the substep.
+
+The surface is in panels, each in a cell of the body (`model.surface_panels`); eight panels of a cell are the lanes of a
+vector. With the panel's velocity v in water at rest, its unit normal n and area A by Nanson's formula, u_n = v . n, the
+velocity u along the surface, W = F^-1 u, and the rate L of the body's motion,
+
+    drag      f = -(C_n rho A u_n^2 / (4 |v|)) u_n n - (C_f rho A |v| / 2) u
+    reaction  f = -m n (n . a - 2 n . L u + n . grad F [W, W])
+    lift      f = -C_l rho A_0 max(0, -W_x dphi/dx) (u_n - N_x (F^-1 v)_x) n
+
+along x, the body's axis at rest, by which N is the normal there: the lift is that of what is slender along it, and has
+no part in what its thickness pushes aside. The drag falls with the sine of the angle between panel and flow, as
+pressure recovers along what closes gently. m = rho A_0 phi is the panel's added mass. The reaction is Lighthill's
+(d/dt - u d/ds)^2 y (1960), n . a that of the nodes: their mass becomes a matrix, K = M + sum w (m + dt b) n n^T, which
+holds drag and lift by their sum b of coefficients of u_n, too.
+
+    nodes    rows of `rest_frame`, and the matrix less M, ADDED and ADDED_SHEAR
+    given    [groups, 8] of the lanes of a group of panels, rows below
+    bend     [groups, 2 K] rows (xx yy zz 0) and (yz xz xy 0) by which the K nodes `around` make grad F
+"""
+
+import taichi as ti
+
+from zoobench.sim.kernels.array_types import Rows, Scalars, Wide
+from zoobench.sim.kernels.columns import zero_lanes
+from zoobench.sim.kernels.context import Context
+from zoobench.sim.kernels.elastic import SMALLEST_J
+from zoobench.sim.kernels.layout import VOLUME, V, X, scene_constants, while_compiling
+from zoobench.sim.kernels.rest_frame import (
+    FORCE,
+    Cells,
+    find_forces,
+    inverse_transposed,
+    lanes_of,
+    load_cells,
+    write_particles,
+)
+from zoobench.sim.model.rest_cells import LANES
+from zoobench.sim.model.surface_water import SurfaceWater
+
+ADDED, ADDED_SHEAR = 4, 5
+"""Rows of a node: (xx yy zz 0) and (yz xz xy 0) of its added mass and implicit drag [kg]."""
+
+OF_AREA, OF_SHARE, OF_WETTED, OF_MASS, OF_GROWTH, OF_AHEAD = 0, 3, 4, 5, 6, 7
+"""Rows of `given`: area vector [m^2], the area of the panel's triangles relative to it [-] and by itself [m^2], added
+mass [kg], gradient of phi along x [-], and component of the normal along x [-]."""
+
+_PAIRS = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
+TINY = 1e-30
+"""Square of an area [m^4] that lanes without a panel have, which have no normal."""
+
+SLOW = 1e-4
+"""Speed [m/s] below which |u| and max(0, u) are smooth."""
+
+
+@while_compiling
+@ti.data_oriented
+class Panels:
+    """The arrays of a surface's panels as one argument: those of `model.surface_panels`."""
+
+    def __init__(self, cell, around, weights, slopes, given, bend):
+        self.cell, self.around, self.weights, self.slopes = cell, around, weights, slopes
+        self.given, self.bend = given, bend
+
+
+@while_compiling
+@ti.data_oriented
+class Flow:
+    """What a group of panels sees of the water: fields by name, of lanes, vectors as lists of them."""
+
+    def __init__(self, **given):
+        vars(self).update(given)
+
+
+@ti.func
+def scalar(a: ti.template(), b: ti.template()):
+    """a . b."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@ti.func
+def times(a: ti.template(), x: ti.template()):
+    """a x, of matrices as lists of rows."""
+    return [a[r][0] * x[0] + a[r][1] * x[1] + a[r][2] * x[2] for r in ti.static(range(3))]
+
+
+@ti.func
+def transposed_times(a: ti.template(), x: ti.template()):
+    """a^T x."""
+    return [a[0][k] * x[0] + a[1][k] * x[1] + a[2][k] * x[2] for k in ti.static(range(3))]
+
+
+@ti.func
+def panel_slope(nodes: ti.template(), c: ti.template(), s, g, row: ti.template()):
+    """sum x g^T of a row of the nodes, at the panels of a group."""
+    found = [[lanes_of(0.0 * c.scene.spacing) for _ in ti.static(range(3))] for _ in ti.static(range(3))]
+    for i in ti.static(range(8)):
+        q = nodes[s, c.w, c.cells.node[c.panels.cell[g], i], row]
+        for k in ti.static(range(3)):
+            share = c.panels.slopes[g, 3 * i + k]
+            for r in ti.static(range(3)):
+                found[r][k] += q[r] * share
+    return found
+
+
+@ti.func
+def panel_value(nodes: ti.template(), c: ti.template(), s, g, row: ti.template()):
+    """A row of the nodes at the panels of a group."""
+    found = [lanes_of(0.0 * c.scene.spacing) for _ in ti.static(range(3))]
+    for i in ti.static(range(8)):
+        q = nodes[s, c.w, c.cells.node[c.panels.cell[g], i], row]
+        for r in ti.static(range(3)):
+            found[r] += q[r] * c.panels.weights[g, i]
+    return found
+
+
+@ti.func
+def second_gradient(c: ti.template(), g):
+    """grad F about a group of panels: vectors by the pairs of axes in `_PAIRS` [1/m].
+
+    Its sum over places from one of them is as exact as the differences between places.
+    """
+    found = [zero_lanes() for _ in ti.static(range(6))]
+    origin = c.own_nodes[c.s, c.w, c.panels.around[g, 0], X]
+    for k in range(c.panels.around.shape[1]):
+        x = c.own_nodes[c.s, c.w, c.panels.around[g, k], X] - origin
+        first, second = c.panels.bend[g, 2 * k], c.panels.bend[g, 2 * k + 1]
+        for d in ti.static(range(3)):
+            found[d] += first[d] * x
+            found[3 + d] += second[d] * x
+    return found
+
+
+@ti.func
+def along_pairs(w: ti.template()):
+    """w w^T by the pairs of axes, those off the diagonal twice."""
+    return [w[0] * w[0], w[1] * w[1], w[2] * w[2], 2.0 * w[1] * w[2], 2.0 * w[0] * w[2], 2.0 * w[0] * w[1]]
+
+
+@ti.func
+def flow_past(c: ti.template(), g):
+    """How the water of a substep flows past a group of panels."""
+    row = ti.static(c.panels.given)
+    deformation, rate = panel_slope(c.own_nodes, c, c.s, g, X), panel_slope(c.own_nodes, c, c.s, g, V)
+    h, j = inverse_transposed(deformation)
+    v = panel_value(c.own_nodes, c, c.s, g, V)
+    current = ti.static((c.scene.medium.current_x, c.scene.medium.current_y, c.scene.medium.current_z))
+    for r in ti.static(range(3)):
+        v[r] += lanes_of(0.0 - current[r])
+    turned_area = times(h, [row[g, OF_AREA + k] for k in ti.static(range(3))])
+    size = ti.sqrt(scalar(turned_area, turned_area) + TINY)
+    n = [turned_area[r] / size for r in ti.static(range(3))]
+    area = ti.max(j, SMALLEST_J) * size
+    across = scalar(v, n)
+    u = [v[r] - across * n[r] for r in ti.static(range(3))]
+    w = transposed_times(h, u)
+    turned = times(rate, w)
+    bending = second_gradient(c, g)
+    pairs = along_pairs(w)
+    curved = [0.0 * across for _ in ti.static(range(3))]
+    for d in ti.static(range(6)):
+        for r in ti.static(range(3)):
+            curved[r] += bending[d][r] * pairs[d]
+    speed = ti.sqrt(scalar(v, v) + SLOW * SLOW)
+    swift = ti.sqrt(across * across + SLOW * SLOW)
+    onto = 0.0 - w[0] * row[g, OF_GROWTH]
+    sideways = across - row[g, OF_AHEAD] * (h[0][0] * v[0] + h[1][0] * v[1] + h[2][0] * v[2])
+    grows = ti.sqrt(onto * onto + SLOW * SLOW)
+    wetted = c.scene.medium.lift * c.scene.medium.density * row[g, OF_WETTED]
+    lift = 0.5 * wetted * (onto + grows)
+    drag = (0.25 * c.scene.medium.density * c.scene.medium.normal_drag) * area * swift * swift / speed
+    bent = [curved[r] - 2.0 * turned[r] for r in ti.static(range(3))]
+    rubbing = (0.5 * c.scene.medium.density * c.scene.medium.friction) * area * row[g, OF_SHARE]
+    return Flow(
+        rate=rate, h=h, v=v, n=n, area=area, across=across, u=u, w=w, bending=bending, bent=bent, speed=speed,
+        swift=swift, onto=onto, grows=grows, wetted=wetted, lift=lift, drag=drag, rubbing=rubbing,
+        mass=row[g, OF_MASS], sideways=sideways,
+    )  # fmt: skip
+
+
+@ti.func
+def wet_panels(c: ti.template(), g):
+    """Add the water's force on a group of panels to FORCE of its nodes, and its resistance to ADDED."""
+    flow = flow_past(c, g)
+    resisted = flow.drag * flow.across + flow.lift * flow.sideways
+    normal = 0.0 - (resisted + flow.mass * scalar(flow.n, flow.bent))
+    along = 0.0 - flow.rubbing * flow.speed
+    force = [normal * flow.n[r] + along * flow.u[r] for r in ti.static(range(3))]
+    heavy = flow.mass + c.dt * (flow.drag + flow.lift)
+    added = [heavy * flow.n[a] * flow.n[b] for a, b in ti.static(_PAIRS)]
+    for i in ti.static(range(8)):
+        share = c.panels.weights[g, i]
+        node = c.cells.node[c.panels.cell[g], i]
+        c.own_nodes[c.s, c.w, node, FORCE] += summed(share, force[0], force[1], force[2])
+        c.own_nodes[c.s, c.w, node, ADDED] += summed(share, added[0], added[1], added[2])
+        c.own_nodes[c.s, c.w, node, ADDED_SHEAR] += summed(share, added[3], added[4], added[5])
+
+
+@ti.func
+def summed(share, a, b, d):
+    """Sums over the lanes of three values by their share, as a row."""
+    return ti.Vector([(share * a).sum(), (share * b).sum(), (share * d).sum(), 0.0 * share[0]])
+
+
+@ti.func
+def load_displaced(body: ti.template(), c: ti.template()):
+    """Fill `displaced` with the volumes at the nodes of a world [m^3]."""
+    for n in range(c.displaced.shape[0]):
+        c.displaced[n] = 0.0 * c.scene.spacing
+    for cell in range(c.cells.node.shape[0]):
+        for lane in ti.static(range(LANES)):
+            p = c.cells.particle[cell, lane]
+            if p >= 0:
+                for i in ti.static(range(8)):
+                    share = c.cells.masses[c.cells.shape[cell], i][lane]
+                    c.displaced[c.cells.node[cell, i]] += body[c.w, p, 0][VOLUME] * share
+
+
+@ti.func
+def resistance(c: ti.template(), n):
+    """The inverse of a node's matrix K: (xx yy zz 0) and (yz xz xy 0) [1/kg]."""
+    diagonal, shear = c.own_nodes[c.s, c.w, n, ADDED], c.own_nodes[c.s, c.w, n, ADDED_SHEAR]
+    mass = 1.0 / c.cells.inverse[n]
+    xx, yy, zz = diagonal[0] + mass, diagonal[1] + mass, diagonal[2] + mass
+    yz, xz, xy = shear[0], shear[1], shear[2]
+    a, b, d = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
+    scale = 1.0 / (xx * a + xy * b + xz * d)
+    return (
+        scale * ti.Vector([a, xx * zz - xz * xz, xx * yy - xy * xy, 0.0]),
+        scale * ti.Vector([xy * xz - xx * yz, d, b, 0.0]),
+    )
+
+
+@ti.func
+def applied(inverse: ti.template(), x):
+    """What the inverse of `resistance` makes of a vector."""
+    diagonal, shear = inverse
+    return ti.Vector(
+        [
+            diagonal[0] * x[0] + shear[2] * x[1] + shear[1] * x[2],
+            shear[2] * x[0] + diagonal[1] * x[1] + shear[0] * x[2],
+            shear[1] * x[0] + shear[0] * x[1] + diagonal[2] * x[2],
+            0.0,
+        ]
+    )
+
+
+@ti.func
+def gravity_of(c: ti.template()):
+    """Gravity [m/s^2]."""
+    return ti.Vector([c.scene.g_x, c.scene.g_y, c.scene.g_z, 0.0])
+
+
+@ti.func
+def gained(c: ti.template(), n):
+    """A node's gain of velocity in a substep, by its force, and by its weight less that of the water it displaces."""
+    weight = 1.0 / c.cells.inverse[n] - c.scene.medium.density * c.displaced[n]
+    force = c.own_nodes[c.s, c.w, n, FORCE] + weight * gravity_of(c)
+    return c.dt * applied(resistance(c, n), force)
+
+
+@ti.func
+def find_wet_forces(c: ti.template()):
+    """FORCE and ADDED of all nodes of a world at slot s."""
+    find_forces(c)
+    for n in range(c.cells.inverse.shape[0]):
+        c.own_nodes[c.s, c.w, n, ADDED] = zero_lanes()
+        c.own_nodes[c.s, c.w, n, ADDED_SHEAR] = zero_lanes()
+    for g in range(c.panels.cell.shape[0]):
+        wet_panels(c, g)
+
+
+@ti.kernel
+def advance_swimmer(
+    state: Rows, nodes: Rows, body: Rows, plan: Scalars, dts: Scalars, constants: Scalars, node: Scalars,
+    particle: Scalars, shape: Scalars, slopes: Wide, turned: Wide, masses: Wide, weights: Wide, law: Wide,
+    inverse: Scalars, displaced: Scalars, cell: Scalars, around: Scalars, panel_weights: Wide, panel_slopes: Wide,
+    given: Wide, bend: Rows, stride: int, variant: ti.template(),
+):  # fmt: skip
+    """As `rest_frame.advance_rest_frame`, in water."""
+    ti.loop_config(serialize=True)
+    for w in range(state.shape[1]):
+        scene = scene_constants(constants, SurfaceWater)
+        cells = Cells(node, particle, shape, slopes, turned, masses, weights, law, inverse)
+        panels = Panels(cell, around, panel_weights, panel_slopes, given, bend)
+        if plan[w, 1] > 0:
+            load_cells(body, cells, scene, w)
+            load_displaced(body, Context(variant, cells=cells, scene=scene, displaced=displaced, w=w))
+            for m in range(plan[w, 1]):
+                s = plan[w, 0] + m * stride
+                t = s + stride
+                c = Context(
+                    variant, own_nodes=nodes, cells=cells, panels=panels, displaced=displaced, scene=scene, dt=dts[w],
+                    w=w, s=s,
+                )  # fmt: skip
+                find_wet_forces(c)
+                for n in range(inverse.shape[0]):
+                    v = nodes[s, w, n, V]
+                    if inverse[n] > 0.0:
+                        v += gained(c, n)
+                        nodes[t, w, n, X] = nodes[s, w, n, X] + dts[w] * v
+                    else:
+                        nodes[t, w, n, X] = nodes[s, w, n, X]
+                    nodes[t, w, n, V] = v
+            write_particles(state, nodes, cells, plan[w, 0] + plan[w, 1] * stride, w)

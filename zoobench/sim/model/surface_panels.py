@@ -1,0 +1,147 @@
+"""Panels of a robot's surface, for the kernels of water by forces: triangles that face alike in a cube of its body.
+
+A panel lies in the cell of the nearest particle, and moves as the cell's nodes have it. Eight panels of a cell are a
+group, the lanes of a vector. Cells that weak points hold (`rest_cells`) have no panels, and no part in second
+derivatives: water would fling their nodes about, which have hardly any mass.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zoobench.arrays import Array
+from zoobench.sim.model.elastic_bodies import ElasticBody
+from zoobench.sim.model.potential_flow import areas
+from zoobench.sim.model.rest_cells import LANES, WEAKEST, RestCells, gradients, trilinear
+from zoobench.sim.model.surface_water import SurfaceWater
+
+_STEADY = 1e-5
+"""Share by which a second derivative is held that the nodes around do not tell, as across a thin fin."""
+
+Ints = NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class SurfacePanels:
+    """Panels in groups of eight.
+
+    Attributes:
+        cell: `[groups]` of the body's cells.
+        weights: `[groups, 8, 8]` weight of each of the cell's nodes at each panel.
+        slopes: `[groups, 8, 3, 8]` gradient of each node's weight at each panel [1/m].
+        given: `[groups, 8, 8]` properties of the panels, as `kernels.panel_forces` has them.
+        around: `[groups, K]` nodes about the cell.
+        bend: `[groups, K, 6]` their share in the second derivatives of place (xx yy zz yz xz xy) [1/m^2].
+    """
+
+    cell: Ints
+    weights: Array
+    slopes: Array
+    given: Array
+    around: Ints
+    bend: Array
+
+    @classmethod
+    def of(cls, body: ElasticBody, water: SurfaceWater, cells: RestCells, grid_spacing: float) -> "SurfacePanels":
+        """The panels of a body's hull in its cells."""
+        assert water.hull is not None
+        triangles = water.hull.triangles
+        vectors, middles = areas(triangles), triangles.mean(axis=1)
+        sizes = np.linalg.norm(vectors, axis=1)
+        cell = _nearest_cells(body, cells, middles)
+        side = np.abs(vectors).argmax(axis=1)
+        facing = 2 * side + (vectors[np.arange(len(side)), side] > 0)
+        low = cells.places[cells.nodes[:, 0]]
+        at = ((middles - low[cell]) / grid_spacing).clip(0.0, 1.0)
+        octant = (2 * at).astype(int).clip(0, 1) @ (4, 2, 1)
+        _, panel = np.unique(np.stack([cell, octant, facing]), axis=1, return_inverse=True)
+        panel = panel.ravel()
+        columns = np.column_stack(
+            [vectors, sizes, water.density * water.hull.phi * sizes, sizes * water.hull.growth[:, 0],
+             sizes[:, None] * at]
+        )  # fmt: skip
+        sums = np.zeros((panel.max() + 1, columns.shape[1]))
+        np.add.at(sums, panel, columns)
+        wetted = sums[:, 3]
+        share = wetted / np.maximum(np.linalg.norm(sums[:, :3], axis=1), 1e-3 * wetted)
+        ahead = sums[:, 0] * share / wetted
+        rows = np.column_stack([sums[:, :3], share, wetted, sums[:, 4], sums[:, 5] / wetted, ahead])
+        owner = np.zeros(len(rows), np.int64)
+        owner[panel] = cell
+        group, lanes = _in_groups(owner)
+        places, given = np.zeros((len(group), LANES, 3)), np.zeros((len(group), LANES, rows.shape[1]))
+        used = lanes >= 0
+        places[used], given[used] = (sums[:, 6:] / wetted[:, None])[lanes[used]], rows[lanes[used]]
+        around, bend = _second_derivatives(cells.nodes[_held(cells)], cells, group)
+        return cls(
+            cell=group.astype(np.int32),
+            weights=trilinear(places) * used[:, None],
+            slopes=gradients(places, grid_spacing) * used[:, None, None],
+            given=given.transpose(0, 2, 1),
+            around=around,
+            bend=bend,
+        )
+
+
+def _nearest_cells(body: ElasticBody, cells: RestCells, points: Array) -> NDArray[np.int64]:
+    """The cell of the particle of a held cell that is nearest to each point `[n]`."""
+    from scipy.spatial import cKDTree
+
+    number, lane = np.nonzero((cells.particles >= 0) & _held(cells)[:, None])
+    sites = body.positions if body.site_offsets is None else body.positions + body.site_offsets
+    found: NDArray[np.int64] = number[cKDTree(sites[cells.particles[number, lane]]).query(points)[1]]
+    return found
+
+
+def _held(cells: RestCells) -> NDArray[np.bool_]:
+    """Cells whose particles hold their nodes `[cells]`; all of a body that has none."""
+    held = (cells.particles > WEAKEST).all(axis=1)
+    return held if held.any() else np.ones_like(held)
+
+
+def _in_groups(owner: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Cells of the groups `[groups]`, and their panels `[groups, 8]`, -1 for none, of panels in these cells."""
+    groups: list[int] = []
+    lanes: list[list[int]] = []
+    for cell in np.unique(owner):
+        members = np.flatnonzero(owner == cell).tolist()
+        for first in range(0, len(members), LANES):
+            some = members[first : first + LANES]
+            groups.append(int(cell))
+            lanes.append(some + [-1] * (LANES - len(some)))
+    return np.array(groups), np.array(lanes)
+
+
+def _second_derivatives(held: Ints, cells: RestCells, group: NDArray[np.int64]) -> tuple[Ints, Array]:
+    """Nodes of held cells `[held, 8]` about the cell of each group, and their shares in the second derivatives, by a
+    fitted quadratic."""
+    of_node: dict[int, list[int]] = {}
+    for number, nodes in enumerate(held.tolist()):
+        for node in nodes:
+            of_node.setdefault(node, []).append(number)
+    kept: dict[int, tuple[NDArray[np.int64], Array]] = {}
+    for cell in np.unique(group).tolist():
+        near = sorted({number for node in cells.nodes[cell].tolist() for number in of_node[node]})
+        nodes = np.unique(held[near])
+        kept[cell] = nodes, _fitted(cells.places[nodes] - cells.places[cells.nodes[cell]].mean(axis=0))
+    most = max(len(nodes) for nodes, _ in kept.values())
+    around, bend = np.zeros((len(group), most), np.int32), np.zeros((len(group), most, 6))
+    for row, cell in enumerate(group.tolist()):
+        nodes, shares = kept[cell]
+        around[row, : len(nodes)], around[row, len(nodes) :] = nodes, nodes[0]
+        bend[row, : len(nodes)] = shares
+    return around, bend
+
+
+def _fitted(away: Array) -> Array:
+    """Shares `[n, 6]` [1/m^2] of values at places `[n, 3]` [m] in the second derivatives of the quadratic that fits
+    them best. What they do not tell is zero."""
+    scale = np.abs(away).max()
+    x, y, z = (away / scale).T
+    quadratic = np.stack([0.5 * x * x, 0.5 * y * y, 0.5 * z * z, y * z, x * z, x * y], axis=1)
+    linear = np.stack([np.ones(len(x)), x, y, z], axis=1)
+    rest = quadratic - linear @ np.linalg.lstsq(linear, quadratic, rcond=None)[0]
+    held = rest.T @ rest + _STEADY * len(x) * np.eye(6)
+    found: Array = rest @ np.linalg.inv(held) / scale**2
+    return found
