@@ -10,6 +10,7 @@ from zoobench_verify.validate import (
     gradients,
     granular,
     hertz,
+    imposed_waves,
     interface,
     manufactured,
     modes,
@@ -18,6 +19,9 @@ from zoobench_verify.validate import (
     object_contacts,
     object_motions,
     statics,
+    surface_energy,
+    surface_forces,
+    surface_motions,
     swimmers,
     swimming,
     waves,
@@ -25,7 +29,8 @@ from zoobench_verify.validate import (
 
 _ALL = cases_of(
     conservation, waves, manufactured, statics, modes, muscle_pulls, hertz, elements, friction, object_contacts,
-    object_motions, footings, interface, granular, mud, fluids, swimming, swimmers, gradients,
+    object_motions, footings, interface, granular, mud, fluids, swimming, swimmers,
+    surface_forces, surface_motions, imposed_waves, surface_energy, gradients,
 )  # fmt: skip
 
 CASES = tuple(sorted(_ALL, key=lambda case: -case.precision if case.precision else -48))
