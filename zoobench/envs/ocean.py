@@ -74,7 +74,8 @@ def ocean(
             "Water on a grid has a level floor, and water by forces on the surface has none. Leave out hills, slopes, "
             "steps and gaps, or use water=particles."
         )
-    if water == "surface":
+    if water != "particles":
+        forces = SurfaceWater(density=fluid.medium_density, current=(current, 0.0, 0.0))
         return Environment(
             robot=physics.robot,
             friction=0.0,
@@ -82,17 +83,8 @@ def ocean(
             start=(START, 0.5),
             stance=Stance.SWIMMING,
             gravity=gravity,
-            surface_water=SurfaceWater(density=fluid.medium_density, current=(current, 0.0, 0.0)),
-        )
-    if water == "grid":
-        return Environment(
-            robot=physics.robot,
-            friction=0.0,
-            arena=(length, depth, width),
-            start=(START, 0.5),
-            stance=Stance.SWIMMING,
-            gravity=gravity,
-            water=fluid.on_grid,
+            water=fluid.on_grid if water == "grid" else None,
+            surface_water=forces if water == "surface" else None,
         )
     return Environment(
         robot=physics.robot,
