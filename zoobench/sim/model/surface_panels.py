@@ -96,8 +96,8 @@ def _nearest_cells(body: ElasticBody, cells: RestCells, points: Array) -> NDArra
 
 def _held(cells: RestCells) -> NDArray[np.bool_]:
     """Cells whose particles hold their nodes `[cells]`; all of a body that has none."""
-    held = (cells.particles > WEAKEST).all(axis=1)
-    return held if held.any() else np.ones_like(held)
+    held: NDArray[np.bool_] = np.asarray((cells.particles > WEAKEST).all(axis=1))
+    return held if held.any() else np.ones(len(held), np.bool_)
 
 
 def _in_groups(owner: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
