@@ -180,7 +180,8 @@ class Environment:
                 size[1] += float(terrain.heights.max())
         shift = start + fidelity.displacement
         floor = self._floor(body, _rise(terrain, body.positions + shift), float(size[1]))
-        positions = body.positions + shift + np.array([0.0, floor, 0.0])
+        shift = shift + np.array([0.0, floor, 0.0])
+        positions = body.positions + shift
         if (positions < 0).any() or (positions > size).any():
             extent = tuple(float(length) for length in np.round(np.ptp(body.positions, axis=0), 3))
             above = float(body.positions[:, 1].min())
@@ -192,10 +193,9 @@ class Environment:
                 f"{floor:g} m. Use a smaller body{lower} or a larger arena."
             )
         placed = ElasticBody.placed(self.robot, body, positions, body.edge)
-        shift_up = shift + np.array([0.0, floor, 0.0])
-        anchor = body.anchor(shift_up)
+        anchor = body.anchor(shift)
         robot = replace(placed, site_offsets=body.sites - body.positions, anchor=anchor, drive=body.drive)
-        sites = body.sites + shift_up
+        sites = body.sites + shift
         scene = Scene(
             robot=robot,
             lower=(0.0, 0.0, 0.0),
@@ -204,7 +204,7 @@ class Environment:
             ground=None if self.surface_water else Ground(self.friction, terrain, self.skin),
             gravity=self.gravity,
             water=self.water,
-            surface_water=self.surface_water and replace(self.surface_water, hull=hull_of(body).moved(shift_up)),
+            surface_water=self.surface_water and replace(self.surface_water, hull=hull_of(body).moved(shift)),
             follows=follows,
         )
         scene = standing(scene, body.edge)

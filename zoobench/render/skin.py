@@ -77,8 +77,7 @@ def object_skin(thing: SceneObject, edge: float) -> Skin:
     body, count = thing.body, thing.body.particle_count
     arrays = {item.name: getattr(body, item.name) for item in fields(BodyParticles)}
     nowhere = np.zeros(count, bool)
-    sites = body.positions if body.site_offsets is None else body.positions + body.site_offsets
-    return skin(Body(**arrays, head=nowhere, tail=nowhere, muscles=(), sites=sites, edge=body.edge or edge))
+    return skin(Body(**arrays, head=nowhere, tail=nowhere, muscles=(), sites=body.sites, edge=body.edge or edge))
 
 
 def normals(vertices: Array, faces: NDArray[np.int64]) -> Array:

@@ -112,7 +112,10 @@ class RestFrameLauncher(Launcher):
         count, shapes = len(cells.nodes), len(cells.slopes)
         turned = cells.slopes.transpose(0, 3, 2, 1).reshape(shapes, 3 * LANES, LANES)  # by lane and axis
         room, nodes = self._wide(np.zeros((count, 7, LANES))), len(cells.places)
-        self._room = lazy_zeros((nodes,), self._real, self._device), self._wide(np.zeros((count, 6, LANES)))
+        self._room: tuple[Tensor, ...] = (
+            lazy_zeros((nodes,), self._real, self._device),
+            self._wide(np.zeros((count, 6, LANES))),
+        )
         return (
             *(torch.as_tensor(each) for each in (cells.nodes, cells.particles, cells.shape)),
             self._wide(cells.slopes.reshape(shapes, 3 * LANES, LANES)), self._wide(turned),

@@ -1,15 +1,12 @@
 """Launches of the kernels of a robot in water by forces on its surface, see `kernels.panel_forces`."""
 
 import torch
-from torch import Tensor
 
 from zoobench.errors import UsageError
 from zoobench.sim.kernels import panel_forces, panel_forces_adjoint
 from zoobench.sim.launch import Launch
 from zoobench.sim.model.fidelity import Fidelity
-from zoobench.sim.model.launch_plan import LaunchPlan
 from zoobench.sim.model.scene import Scene
-from zoobench.sim.model.state import Matter, Parameters
 from zoobench.sim.model.surface_panels import SurfacePanels
 from zoobench.sim.model.tensors import lazy_zeros, put
 from zoobench.sim.rest_frame_launcher import RestFrameLauncher
@@ -36,39 +33,13 @@ class SurfaceWaterLauncher(RestFrameLauncher):
         self._advance = Launch(panel_forces.advance_swimmer)
         self._reverse = Launch(panel_forces_adjoint.reverse_swimmer)
         panels = SurfacePanels.of(scene.robot, scene.surface_water, self._rest, fidelity.grid_spacing)
-        self._displaced, self._displaced_adjoint = (lazy_zeros((self.robot_nodes,), real, device) for _ in range(2))
         count = len(panels.cell)
         bend = lazy_zeros((count, 2 * panels.around.shape[1], 4), real, device)
         put(bend[..., :3], panels.bend.reshape(count, -1, 3))
-        self._panels = (
-            torch.as_tensor(panels.cell), torch.as_tensor(panels.around), self._wide(panels.weights),
-            self._wide(panels.slopes.reshape(count, -1, panels.slopes.shape[-1])), self._wide(panels.given), bend,
+        displaced, displaced_adjoint = (lazy_zeros((self.robot_nodes,), real, device) for _ in range(2))
+        self._tables = (
+            *self._tables, displaced, torch.as_tensor(panels.cell), torch.as_tensor(panels.around),
+            self._wide(panels.weights), self._wide(panels.slopes.reshape(count, -1, panels.slopes.shape[-1])),
+            self._wide(panels.given), bend,
         )  # fmt: skip
-
-    def advance(self, matter: Matter, parameters: Parameters, plan: LaunchPlan, stride: int) -> None:
-        """As `Launcher.advance`."""
-        self._note("forward", plan)
-        self._advance(matter.state, *self._wet_arrays(matter, parameters, plan), stride, self.variant)
-
-    def reverse(
-        self,
-        matter: Matter,
-        parameters: Parameters,
-        plan: LaunchPlan,
-        matter_adjoint: Matter,
-        parameter_adjoint: Parameters,
-    ) -> None:
-        """As `Launcher.reverse`."""
-        self._note("reverse", plan)
-        by_inverse, sums = self._room
-        self._reverse(
-            *self._wet_arrays(matter, parameters, plan), by_inverse, self._displaced_adjoint, sums,
-            matter_adjoint.state, matter_adjoint.nodes, parameter_adjoint.body, self.variant,
-        )  # fmt: skip
-
-    def _wet_arrays(self, matter: Matter, parameters: Parameters, plan: LaunchPlan) -> tuple[Tensor, ...]:
-        """The arrays that both kernels take first."""
-        return (
-            matter.nodes, parameters.body, plan.slots, plan.dt, self.constants, *self._tables, self._displaced,
-            *self._panels,
-        )  # fmt: skip
+        self._room = (*self._room, displaced_adjoint)

@@ -272,12 +272,12 @@ def find_wet_forces(c: ti.template()):
 
 @ti.kernel
 def advance_swimmer(
-    state: Rows, nodes: Rows, body: Rows, plan: Scalars, dts: Scalars, constants: Scalars, node: Scalars,
+    state: Rows, nodes: Rows, body: Rows, plan: Scalars, dts: Scalars, constants: Scalars, terrain: Rows, node: Scalars,
     particle: Scalars, shape: Scalars, slopes: Wide, turned: Wide, masses: Wide, weights: Wide, law: Wide,
     inverse: Scalars, displaced: Scalars, cell: Scalars, around: Scalars, panel_weights: Wide, panel_slopes: Wide,
     given: Wide, bend: Rows, stride: int, variant: ti.template(),
 ):  # fmt: skip
-    """As `rest_frame.advance_rest_frame`, in water."""
+    """As `rest_frame.advance_rest_frame`, in water, which is over no terrain."""
     ti.loop_config(serialize=True)
     for w in range(state.shape[1]):
         scene = scene_constants(constants, SurfaceWater)

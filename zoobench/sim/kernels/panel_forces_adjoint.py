@@ -182,10 +182,11 @@ def give_displaced(c: ti.template()):
 
 @ti.kernel
 def reverse_swimmer(
-    nodes: Rows, body: Rows, plan: Scalars, dts: Scalars, constants: Scalars, node: Scalars, particle: Scalars,
+    state: Rows, nodes: Rows, body: Rows, plan: Scalars, dts: Scalars, constants: Scalars, terrain: Rows, node: Scalars,
+    particle: Scalars,
     shape: Scalars, slopes: Wide, turned: Wide, masses: Wide, weights: Wide, law: Wide, inverse: Scalars,
     displaced: Scalars, cell: Scalars, around: Scalars, panel_weights: Wide, panel_slopes: Wide, given: Wide,
-    bend: Rows, inverse_adjoint: Scalars, displaced_adjoint: Scalars, sums: Wide, adjoint: Rows, nodes_adjoint: Rows,
+    bend: Rows, inverse_adjoint: Scalars, sums: Wide, displaced_adjoint: Scalars, adjoint: Rows, nodes_adjoint: Rows,
     body_adjoint: Rows, variant: ti.template(),
 ):  # fmt: skip
     """As `rest_frame_adjoint.reverse_rest_frame`, in water."""

@@ -91,6 +91,11 @@ class ElasticBody(BodyParticles):
     drive: Drive | None = None
 
     @property
+    def sites(self) -> Array:
+        """Centres of the cubes that the particles stand for `[particle_count, 3]` [m]."""
+        return self.positions if self.site_offsets is None else self.positions + self.site_offsets
+
+    @property
     def masses(self) -> Array:
         """Masses of the particles `[particle_count]` [kg]."""
         found: Array = self.material.density * self.density_ratio * self.occupancy * self.volumes

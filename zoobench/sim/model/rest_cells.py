@@ -71,7 +71,7 @@ class RestCells:
         Raises:
             UsageError: its particles lie on no cubic lattice.
         """
-        sites = body.positions if body.site_offsets is None else body.positions + body.site_offsets
+        sites = body.sites
         edge = body.edge or fidelity.particle_edge
         h, low = fidelity.grid_spacing, sites.min(axis=0) - 0.5 * edge
         cubes = np.round((sites - low) / edge - 0.5)

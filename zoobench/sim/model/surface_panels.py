@@ -89,8 +89,7 @@ def _nearest_cells(body: ElasticBody, cells: RestCells, points: Array) -> NDArra
     from scipy.spatial import cKDTree
 
     number, lane = np.nonzero((cells.particles >= 0) & _held(cells)[:, None])
-    sites = body.positions if body.site_offsets is None else body.positions + body.site_offsets
-    found: NDArray[np.int64] = number[cKDTree(sites[cells.particles[number, lane]]).query(points)[1]]
+    found: NDArray[np.int64] = number[cKDTree(body.sites[cells.particles[number, lane]]).query(points)[1]]
     return found
 
 
