@@ -10,7 +10,7 @@ from zoobench.arrays import Array
 from zoobench.errors import UsageError
 from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.lattice import fill_box
-from zoobench.sim.model.rest_cells import RestCells
+from zoobench.sim.model.rest_cells import WEAKEST, RestCells
 
 
 def _body(cubes: Array) -> ElasticBody:
@@ -65,6 +65,23 @@ def test_cubes_that_touch_at_a_corner_hold_together() -> None:
     """Thin parts that run askew through the lattice do not fall apart."""
     cells = RestCells.of(_body(np.array([[0, 0, 0], [1, 1, 1], [2, 2, 2]])), scenes.fidelity())
     assert len(cells.places) == 15
+
+
+def test_few_particles_join_the_cell_beside_them() -> None:
+    """They move with the nodes of the neighbour with which they share most, and have no nodes of their own; those that
+    have no full neighbour are held by weak points."""
+    spike = np.array([[2, 0, 0], [3, 0, 0], [4, 0, 0]])
+    cells = RestCells.of(_body(np.concatenate([_block(2, 2, 2), spike])), scenes.fidelity())
+    of = {p: set(cells.nodes[c].tolist()) for c in range(len(cells.nodes)) for p in cells.particles[c].tolist()}
+    assert of[8] == of[9] == of[0]
+    assert of[10] != of[0]
+    assert len(cells.places) == 16
+    assert (cells.particles <= WEAKEST).sum() == 7
+    at = cells.weights.transpose(0, 2, 1) @ cells.places[cells.nodes]
+    there = at[cells.particles >= 0] - _body(np.concatenate([_block(2, 2, 2), spike])).positions[
+        cells.particles[cells.particles >= 0]
+    ]  # fmt: skip
+    assert np.abs(there).max() <= 1e-12
 
 
 def test_twenty_seven_particles_a_cell_are_four_groups() -> None:

@@ -5,9 +5,10 @@ has that cell's eight nodes. A node has a copy for every connected part of the m
 gap are not welded together. Cells that a body fills in part have the points that it has there (de Vaucorbeil, Nguyen
 and Hutchinson 2020; with eight points a cell it is a finite element method on cut cells).
 
-Fewer than four particles do not hold the nodes of their cell, which would swing about them without resistance. Weak
-points without mass at its empty sites do (the fictitious material of the finite cell method; Parvizian, Duester and
-Rank 2007).
+Fewer than four particles do not hold the nodes of their cell, which would swing about them without resistance. They
+join the cell beside them (aggregated unfitted finite elements; Badia, Verdugo and Martin 2018): they are stretched as
+its near face is, and move with it. Where no cell beside them has enough, as in spikes, weak points without mass at the
+empty sites hold its nodes (the fictitious material of the finite cell method; Parvizian, Duester and Rank 2007).
 """
 
 from dataclasses import dataclass
@@ -51,9 +52,9 @@ class RestCells:
             particle p; those of one cell of the grid that are more than eight are cells of their own with the same
             nodes.
         shape: `[cells]` which of the shapes a cell has.
-        slopes: `[shapes, 8, 3, 8]` gradient of each node's weight at each particle's site [1/m].
-        masses: `[shapes, 8, 8]` share of each particle's mass that each node has: the weights at its site.
-        weights: `[cells, 8, 8]` weight of each node at each particle's place.
+        slopes: `[shapes, 8, 3, 8]` gradient of each node's weight at each particle's site, or on the near face [1/m].
+        masses: `[shapes, 8, 8]` share of each particle's mass that each node has: the weights there.
+        weights: `[cells, 8, 8]` weight of each node at each particle's place, which may be beyond the cell.
     """
 
     places: Array
@@ -83,9 +84,10 @@ class RestCells:
         count, index = round(h / edge), cubes.astype(np.int64)  # cubes along the edge of a cell
         cells = index // count
         ids, keys = _split_nodes(index, cells)
+        ids, keys, cells = _joined(ids, keys, cells)
         order, particles, few = _grouped(ids)
         known = np.where(particles < 0, order[:, None], particles)  # lanes without a particle repeat the first
-        in_cell = (index % count + 0.5)[known] / count
+        in_cell = ((index - cells * count + 0.5)[known] / count).clip(0.0, 1.0)
         for cell in np.flatnonzero(few):
             own = int((particles[cell] >= 0).sum())
             in_cell[cell, own:] = _empty_sites(in_cell[cell, :own])
@@ -128,6 +130,20 @@ def _split_nodes(cubes: NDArray[np.int64], cells: NDArray[np.int64]) -> tuple[ND
     rank = np.argsort(np.argsort(first))  # in the order of the particles
     places = keys.reshape(-1, 3)[np.sort(first)]
     return cast("NDArray[np.int64]", rank[ids].reshape(-1, 8)), places
+
+
+def _joined(
+    ids: NDArray[np.int64], keys: NDArray[np.int64], cells: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    """Nodes `[particles, 8]`, their places and the cells of all particles, where those that are too few in their cell
+    have joined that neighbour, of enough, with which they share most nodes."""
+    groups, first, group, size = np.unique(ids, axis=0, return_index=True, return_inverse=True, return_counts=True)
+    group, number = group.ravel(), np.arange(len(groups))
+    has = coo_array((np.ones(groups.size), (number.repeat(8), groups.ravel())), shape=(len(groups), len(keys)))
+    shared = (has @ has.T).toarray() * (size >= _HOLDING)
+    host = np.where((size < _HOLDING) & (shared.max(axis=1) > 0), shared.argmax(axis=1), number)
+    used, ids = np.unique(ids[first[host[group]]], return_inverse=True)
+    return ids.reshape(-1, 8), keys[used], cells[first[host[group]]]
 
 
 def _grouped(ids: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
