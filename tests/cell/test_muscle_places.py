@@ -41,6 +41,21 @@ def test_a_whale_bends_up_and_down_and_a_fish_from_side_to_side() -> None:
             assert (sign * side[axial] > 0.4).all(), (name, side)
 
 
+def test_a_whale_turns_and_rises_by_its_foremost_muscles() -> None:
+    """Those of its two front segments are paired, and bend it to the right and up; a fish's bend it sideways alone."""
+    body = body_of("orca")
+    places = muscle_places(body)
+    for n, muscle in enumerate(body.muscles):
+        paired = "left" in muscle or "right" in muscle
+        assert paired == (places.back[n] < 0.5)
+        expected = {"left": -1.0, "right": 1.0}.get(muscle.split("-")[-1], 0.0)
+        assert places.right[n] == pytest.approx(expected, abs=0.1)
+        assert abs(places.up[n] - (1.0 if "back" in muscle else -1.0)) < 0.1
+    fish = muscle_places(body_of("fish"))
+    np.testing.assert_array_equal(fish.right, fish.side)
+    assert np.abs(fish.up).max() < 0.1
+
+
 def test_places_are_those_of_every_fidelity() -> None:
     """To a hundredth of the length."""
     coarse, fine = (muscle_places(body_of("fish", spacing)) for spacing in (1 / 64, 1 / 128))

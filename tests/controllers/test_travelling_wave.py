@@ -10,7 +10,12 @@ from zoobench.controllers.base import MusclePlaces
 from zoobench.controllers.travelling_wave import TravellingWave
 
 TIMES = torch.arange(125, dtype=torch.float64) * 0.008
-PLACES = MusclePlaces(back=np.array([0.2, 0.2, 0.8, 0.5]), side=np.array([-1.0, 1.0, 0.6, 0.0]))
+PLACES = MusclePlaces(
+    back=np.array([0.2, 0.2, 0.8, 0.5]),
+    side=np.array([-1.0, 1.0, 0.6, 0.0]),
+    right=np.array([0.3, 0.9, 0.8, 0.0]),
+    up=np.array([-1.0, 1.0, 0.6, 0.0]),
+)
 
 
 def activity(*parameters: float, wave: TravellingWave | None = None) -> np.ndarray:
@@ -53,13 +58,14 @@ def test_the_range_holds_for_any_parameters() -> None:
     assert int((np.diff(np.sign(found)) != 0.0).sum()) in (15, 16)  # zeros of 8 Hz in a second
 
 
-def test_steering_bends_the_body_steadily() -> None:
-    """The fifth parameter moves the mean to its side and leaves the rest of the range to the wave; at 0 it is none."""
+def test_steering_bends_the_front_steadily() -> None:
+    """Two more parameters move the mean of the front muscles to the right and up, by where they lie, and leave the rest
+    of the range to the wave; at 0 they are none, and hind muscles do not heed them."""
     steered = TravellingWave(steering=True)
     plain = activity(0.0, 0.0, 1.0, 0.0)
-    np.testing.assert_array_equal(activity(0.0, 0.0, 1.0, 0.0, 0.0, wave=steered), plain)
-    bend = math.tanh(-0.7)
+    np.testing.assert_array_equal(activity(0.0, 0.0, 1.0, 0.0, 0.0, 0.0, wave=steered), plain)
+    bend = np.tanh(-0.7 * PLACES.right + 0.4 * PLACES.up) * (PLACES.back < 0.5)
     np.testing.assert_allclose(
-        activity(0.0, 0.0, 1.0, 0.0, -0.7, wave=steered), bend * PLACES.side + (1.0 - abs(bend)) * plain
+        activity(0.0, 0.0, 1.0, 0.0, -0.7, 0.4, wave=steered), bend + (1.0 - np.abs(bend)) * plain
     )
-    assert steered.parameter_count(4) == len(steered.initial(np.random.default_rng(0), 4)) == 5
+    assert steered.parameter_count(4) == len(steered.initial(np.random.default_rng(0), 4)) == 6

@@ -17,8 +17,9 @@ def muscle_places(body: Body) -> MusclePlaces:
 
     The moment of a muscle about the body's centre is that of its active stress, the integral of f_x^2 z over its volume
     sideways, or of f_x^2 y up and down, with the fibre's direction f; its side is the moment by the integral of |z|.
-    The plane is that with the larger sum of squared moments. Channels of a base, which contract nothing, are in the
-    middle of the body and bend it to no side.
+    The plane is that with the larger sum of squared moments, that of the front half times that of the hind, as a wave
+    runs through both; of all muscles, where in neither plane both have some. Channels of a base, which contract
+    nothing, are in the middle of the body and bend it to no side.
 
     Raises:
         UsageError: no muscle bends the body, as where a design space has all muscles everywhere.
@@ -32,15 +33,17 @@ def muscle_places(body: Body) -> MusclePlaces:
     for row, axis in enumerate((2, 1)):
         moments[row] = (shares * (along * offset[:, axis])[:, None]).sum(axis=0)
         arms[row] = (shares * np.abs(offset[:, axis])[:, None]).sum(axis=0)
-    sideways, upright = (moments**2).sum(axis=1)
-    plane = int(upright > _UPRIGHT * sideways)
-    side = moments[plane] / np.maximum(arms[plane], 1e-30)
-    if np.abs(side).max(initial=0.0) < _LEAST_SIDE:
-        raise UsageError(_straight(body))
     low, high = body.box
     centres = (shares * body.positions[:, :1]).sum(axis=0) / volumes
     centres[body.muscle_count - body.base_channels :] = (low[0] + high[0]) / 2
-    return MusclePlaces(back=(high[0] - centres) / (high[0] - low[0]), side=side)
+    back = (high[0] - centres) / (high[0] - low[0])
+    front, hind = ((moments**2 * half).sum(axis=1) for half in (back <= 0.5, back > 0.5))
+    sideways, upright = front * hind if (front * hind).any() else front + hind
+    sides = moments / np.maximum(arms, 1e-30)
+    side = sides[int(upright > _UPRIGHT * sideways)]
+    if np.abs(side).max(initial=0.0) < _LEAST_SIDE:
+        raise UsageError(_straight(body))
+    return MusclePlaces(back=back, side=side, right=sides[0], up=sides[1])
 
 
 def _straight(body: Body) -> str:

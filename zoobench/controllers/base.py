@@ -90,11 +90,16 @@ class MusclePlaces:
     Attributes:
         back: distance of each muscle's centre behind the foremost point, by the body's length `[muscle_count]` [-].
         side: to which side it bends the body, in [-1, 1] `[muscle_count]` [-]: 1 for one that lies on the first side
-            with fibres along the body, -1 for its antagonist, 0 for one that does not bend the body.
+            with fibres along the body, -1 for its antagonist, 0 for one that does not bend the body. The sides are
+            those of the plane in which the body bends most.
+        right: the same where the sides are right and left.
+        up: the same where they are back and belly.
     """
 
     back: Array
     side: Array
+    right: Array
+    up: Array
 
 
 @runtime_checkable

@@ -29,13 +29,14 @@ class TravellingWave:
     tail to head. Antagonists act in opposition; s is 0 for a muscle that does not bend the body, which rests. The plane
     of bending, sideways or up and down, is that in which the muscles have the larger moments.
 
-    With `steering` a fifth parameter bends the body steadily, by b = tanh(p4) of what its muscles can, and leaves
-    1 - |b| for the wave: a swimmer turns to that side.
+    With `steering` two more parameters bend the foremost half of the body steadily: a muscle there that bends it to the
+    right by r and up by u has the activity b = tanh(p4 r + p5 u), and 1 - |b| is left for the wave. A swimmer turns to
+    the right where p4 is positive and rises where p5 is, if it has the muscles for it.
 
     * `frequency`: where p0 = 0 [Hz].
     * `wavelength`: where p1 = 0, by the body's length [-].
     * `scale`: standard deviation of the parameters' prior, whose mean is 0, but 1 for p2.
-    * `steering`: whether there is the fifth parameter [-].
+    * `steering`: whether there are p4 and p5 [-].
     """
 
     frequency: float = 4.0
@@ -52,32 +53,34 @@ class TravellingWave:
             )
 
     def placed(self, places: MusclePlaces) -> "TravellingWave":
-        """The wave along a body with its muscles there; without, they are in a row, all on the first side."""
+        """The wave along a body with its muscles there; without, they are in a row, all on the right."""
         found = replace(self)
         object.__setattr__(found, "_places", places)
         return found
 
     def parameter_count(self, muscle_count: int) -> int:
-        """Four, for any body, or five with steering."""
-        return 4 + self.steering
+        """Four, for any body, or six with steering."""
+        return 4 + 2 * self.steering
 
     def initial(self, rng: np.random.Generator, muscle_count: int) -> NDArray[np.float64]:
         """Normal parameters about a wave of moderate strength at the reference frequency and wavelength."""
-        return rng.normal((0.0, 0.0, 1.0, 0.0, 0.0)[: 4 + self.steering], self.scale)
+        return rng.normal((0.0, 0.0, 1.0, 0.0, 0.0, 0.0)[: 4 + 2 * self.steering], self.scale)
 
     def actuation(self, parameters: "Tensor", times: "Tensor", muscle_count: int) -> "Tensor":
         """Activity `[frames, worlds, muscle_count]`."""
         import torch
 
         row = (np.arange(muscle_count) + 0.5) / muscle_count
-        places = self._places or MusclePlaces(row, np.ones(muscle_count))
+        ones = np.ones(muscle_count)
+        places = self._places or MusclePlaces(row, ones, right=ones, up=0.0 * ones)
         back, side = parameters.new_tensor(places.back), parameters.new_tensor(places.side)
-        rate, waves, strength, growth, *bias = parameters[:, :, None].unbind(dim=1)  # [worlds, 1]
+        rate, waves, strength, growth, *steered = parameters[:, :, None].unbind(dim=1)  # [worlds, 1]
         frequency = self.frequency * torch.exp(math.log(_RANGE) * torch.tanh(rate))
         envelope = side * torch.tanh(strength * torch.exp(growth * (back - 0.5)))  # [worlds, muscles]
         cycles = frequency * times[:, None, None] - (1.0 / self.wavelength + waves) * back
         wave = envelope * torch.sin(2.0 * math.pi * cycles)
-        if not bias:
+        if not steered:
             return wave
-        bend = torch.tanh(bias[0])
-        return bend * side + (1.0 - bend.abs()) * wave
+        right, up = parameters.new_tensor(places.right), parameters.new_tensor(places.up)
+        bend = torch.tanh(steered[0] * right + steered[1] * up) * (back < 0.5)
+        return bend + (1.0 - bend.abs()) * wave

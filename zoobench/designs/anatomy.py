@@ -86,6 +86,11 @@ def crossed(first: Muscles, second: Muscles) -> Muscles:
     return Muscles(tuple(f"{one}-{other}" for one in first.names for other in second.names), shares)
 
 
+def beside(first: Muscles, second: Muscles) -> Muscles:
+    """The muscles of both."""
+    return Muscles(first.names + second.names, lambda points: np.hstack([first.shares(points), second.shares(points)]))
+
+
 def _sides(points: Array) -> Array:
     """Left and right; points on the middle plane belong to both, so that a symmetric body does not turn."""
     right = (1.0 + np.sign(np.round(points[:, 2], 9))) / 2
@@ -240,13 +245,25 @@ def swimmer(length: float, height: float, width: float, *parts: BodyPart) -> Ani
     )  # fmt: skip
 
 
-def myomeres(trunk: Distance, sides: Muscles = SIDES, *, stiffness: float = 1.0) -> BodyPart:
+def myomeres(
+    trunk: Distance, sides: Muscles = SIDES, *, front: Muscles | None = None, stiffness: float = 1.0
+) -> BodyPart:
     """A trunk with four segments of muscle on each of two sides, from -0.046 to 0.040 m along x.
 
     Its muscles are as strong whatever its stiffness relative to muscle is: the softer, the farther they bend it.
+
+    Args:
+        front: the muscles of the two foremost segments, where they are others.
     """
-    rows = in_a_row(("segment-1", "segment-2", "segment-3", "segment-4"), -0.046, 0.040)
-    return BodyPart(solid=trunk, muscles=crossed(rows, sides), stiffness=stiffness)
+    segments = in_a_row(("segment-1", "segment-2", "segment-3", "segment-4"), -0.046, 0.040)
+    rear, fore = _some(segments, slice(2)), _some(segments, slice(2, 4))
+    muscles = beside(crossed(rear, sides), crossed(fore, front or sides))
+    return BodyPart(solid=trunk, muscles=muscles, stiffness=stiffness)
+
+
+def _some(muscles: Muscles, which: slice) -> Muscles:
+    """Some of these muscles."""
+    return Muscles(muscles.names[which], lambda points: muscles.shares(points)[:, which])
 
 
 def paired(name: str, solid: Distance, fibre: Point) -> BodyPart:

@@ -1,6 +1,18 @@
 """The orca: a whale that beats its flat tail up and down."""
 
-from zoobench.designs.anatomy import MIDDLE, SWIMMER_LENGTH, TAIL, Animal, myomeres, opposed, soft, stiff, swimmer
+from zoobench.designs.anatomy import (
+    MIDDLE,
+    SIDES,
+    SWIMMER_LENGTH,
+    TAIL,
+    Animal,
+    crossed,
+    myomeres,
+    opposed,
+    soft,
+    stiff,
+    swimmer,
+)
 from zoobench.designs.shapes import UPRIGHT, Plane, fin, loft, mirrored
 from zoobench.registry import Kind, register
 
@@ -41,16 +53,18 @@ _FLIPPERS = mirrored(
 )
 
 
-@register(Kind.DESIGN, "orca", version=6, tags=("primitive", "water"))
+@register(Kind.DESIGN, "orca", version=7, tags=("primitive", "water"))
 def orca(*, length: float = SWIMMER_LENGTH) -> Animal:
-    """A whale that beats its flat tail up and down in a wave, 0.15 m long, with eight muscles.
+    """A whale that beats its flat tail up and down in a wave, 0.15 m long, with twelve muscles.
 
-    The fibres of back and belly run along the whole body but the snout, in four segments each. Trunk and flippers are
-    broad in front, and the stem narrow, so that the head swings less than the flukes. The trunk is 0.75 times as stiff
-    as muscle. The flukes, the flippers and the fin on the back have no muscle; the flukes are twice as stiff as muscle,
-    and the others are half as stiff, so that they brace the trunk less.
+    The fibres of back and belly run along the whole body but the snout, in four segments each; those of the two
+    foremost are paired, left and right, and turn it. Trunk and flippers are broad in front, and the stem narrow, so
+    that the head swings less than the flukes. The trunk is 0.75 times as stiff as muscle. The flukes, the flippers and
+    the fin on the back have no muscle; the flukes are twice as stiff as muscle, and the others are half as stiff, so
+    that they brace the trunk less.
 
     * `length`: of the whole body [m]; it is 0.34 times as high and 0.48 times as wide, fins included.
     """
-    trunk = myomeres(_TRUNK, sides=opposed(("belly", "back"), 1, _HEIGHT - 0.0005, _HEIGHT + 0.0005), stiffness=0.75)
+    upright = opposed(("belly", "back"), 1, _HEIGHT - 0.0005, _HEIGHT + 0.0005)
+    trunk = myomeres(_TRUNK, upright, front=crossed(upright, SIDES), stiffness=0.75)
     return swimmer(length, 0.0340, 0.0484, trunk, *stiff(_FLUKES), *soft(_BACK_FIN, _FLIPPERS))
