@@ -40,6 +40,7 @@ def test_jobs_do_every_run_once(path: Path) -> None:
             assert Path(note.rpartition(" ")[2]).is_file()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("ctrl_c")  # by which submitit cancels the processes that stand for jobs
 def test_an_interrupt_cancels_the_jobs(path: Path) -> None:
     """Their runs are handed back, to go on with."""
