@@ -58,6 +58,7 @@ def scores(text: str) -> dict[str, Any]:
     return {run["key"]: run["finals"]["score"] for run in json.loads(text)}
 
 
+@pytest.mark.slow  # the tests below do each step with runs that are none
 def test_a_suite_is_run_published_checked_and_repeated(zoobench: Command, tmp_path: Path) -> None:
     """From a file to its leaderboard; the command in a row makes the same number, bit for bit, elsewhere."""
     (tmp_path / "tiny.yaml").write_text(TINY)
@@ -262,6 +263,7 @@ def test_suites_are_listed(zoobench: Command) -> None:
     assert all(record in json.loads(zoobench("list", "--format", "json").out) for record in records)
 
 
+@pytest.mark.slow
 def test_plan_says_what_each_part_of_a_suite_costs(zoobench: Command) -> None:
     """In computing on one core, with what the estimate rests on, before anything is queued."""
     reply = ok(zoobench("run", "--dry-run", "--suite", "paper", "--env", "ground,ice", "--seeds", "1"))

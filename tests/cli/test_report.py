@@ -40,6 +40,7 @@ def test_a_database_becomes_a_page(zoobench: Command, database: Path, tmp_path: 
     assert "77" not in text.partition('id="charts"')[0].partition("<main>")[2].partition("Origin")[0]
 
 
+@pytest.mark.slow
 def test_the_best_robots_are_shown(zoobench: Command, tmp_path: Path) -> None:
     """A film of the first and a still of the second; a robot that cannot be simulated again is left out."""
     needs_drawing()

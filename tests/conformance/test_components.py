@@ -35,24 +35,24 @@ CONTROLLERS = [name for name in CONTROLLERS if not registry.get(Kind.CONTROLLER,
 METHODS = [name for name in METHODS if not registry.get(Kind.METHOD, name).required]
 
 
-SHOWN_ELSEWHERE = ("clay", "snow", "wetland")
-"""Beds whose kernels take ten seconds to compile. They are simulated in `tests/envs`; adjoints of their media are
-checked in `tests/sim/kernels/test_media_adjoint.py`, and those of a robot in a bed, of which a part sleeps, in the
-desert here."""
+SHOWN_ELSEWHERE = ("clay", "snow", "wetland", "shallow-water")
+"""Media whose kernels take ten seconds to compile. They are simulated in `tests/envs`; their adjoints are checked in
+`tests/sim/kernels/test_media_adjoint.py` and `test_drift.py`, and those of a robot in a bed, of which a part sleeps, in
+the desert here."""
 
 
 def _is_fast(env: str, task: str, design: str) -> bool:
     """The caterpillar everywhere and in every task, but not all pairs; any other body once.
 
-    Bodies move on land, or in the pond below if they belong into water; the caterpillar wades in the tank below. Of the
-    tasks with an object the two whose objectives have the most in them. All of the product is for `-m slow`.
+    Bodies move on land, or in the pond below if they belong into water. Of the tasks with an object the two whose
+    objectives have the most in them. All of the product is for `-m slow`.
     """
     if registry.get(Kind.TASK, task.partition("[")[0]).needs_object:
         return task in ("push-to", "topple") and design == "caterpillar" and env == WITH_OBJECT
-    if env in (*SHOWN_ELSEWHERE, "shallow-water"):
+    if env in SHOWN_ELSEWHERE:
         return False
     if design == "caterpillar":
-        return task == "movement-speed" or env in ("ground", "ocean")
+        return task == "movement-speed" or env == "ground"
     return task == "movement-speed" and env == "ground" and design not in SWIMMERS
 
 
@@ -74,14 +74,18 @@ CELLS += [
     pytest.param(POND, "movement-speed", name, id=f"pond-movement-speed-{name}")
     for name in (*SWIMMERS, "voxel")  # and a design space in water
 ]
-CELLS += [
-    pytest.param(SEA, "movement-speed", name, id=f"sea-movement-speed-{name}", marks=marks)
-    # the surface of a relaxed body jumps with its shape, and a gradient holds it
-    for name, marks in [("orca", ()), *((name, pytest.mark.slow) for name in BODIES if name != "orca")]
-]
-CELLS.append(pytest.param(TANK, "movement-speed", "caterpillar", id="tank-movement-speed-caterpillar"))
 THROWN = "ground[object=box,object_gap=0.005,object_speed=0.6]"
-CELLS.append(pytest.param(THROWN, "catch", "caterpillar", id="thrown-catch-caterpillar", marks=pytest.mark.slow))
+CELLS += [
+    pytest.param(place, task, name, id=f"{word}-{task}-{name}", marks=pytest.mark.slow)
+    for word, place, task, names in (
+        # gradients through forces on a surface are in tests/sim/test_surface_water.py; the surface of a relaxed body
+        # jumps with its shape, and a gradient holds it
+        ("sea", SEA, "movement-speed", BODIES),
+        ("tank", TANK, "movement-speed", ["caterpillar"]),
+        ("thrown", THROWN, "catch", ["caterpillar"]),
+    )
+    for name in names
+]
 ALL = [(kind, name) for kind in Kind for name in registry.names(kind)]
 
 
@@ -177,8 +181,11 @@ right. A thousandth of what trained gaits reach."""
 
 
 def _idles(env: str, design: str) -> bool:
-    """Every body on the ground; in the desert and in water the caterpillar, beside the voxels in little below."""
-    return env == "ground" or (design == "caterpillar" and env not in BEDS[1:])
+    """Given bodies and one that is drawn on the ground, the caterpillar on ice; the voxels in little are below.
+
+    `tests/envs/test_rest.py` has every environment at rest.
+    """
+    return (env == "ground" and (design in BODIES or design == "voxel")) or (env == "ice" and design == "caterpillar")
 
 
 @pytest.mark.parametrize(
@@ -214,7 +221,7 @@ def test_a_method_solves_a_real_cell_within_its_budget(name: str) -> None:
 
 
 @pytest.mark.usefixtures("soon_at_rest")
-@pytest.mark.parametrize("env", ["ground", "ocean"])
+@pytest.mark.parametrize("env", ["ground", pytest.param("ocean", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", [name for name in CONTROLLERS if name != "sine-basis"])
 def test_the_gradient_matches_differences_for_every_controller(env: str, name: str) -> None:
     """In double precision, along a random direction; the sine basis is in every cell above."""

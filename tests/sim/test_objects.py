@@ -73,6 +73,7 @@ def probed(request: pytest.FixtureRequest) -> tuple[Probe, Gradient]:
     return probe, probe.gradient()
 
 
+@pytest.mark.slow  # the conformance suite has the tasks with an object
 @pytest.mark.parametrize("name", scenes.GROUPS)
 def test_the_gradient_matches_central_differences(name: str, probed: tuple[Probe, Gradient]) -> None:
     """By every group of the robot's parameters, through the contact with the block."""
@@ -144,6 +145,7 @@ def test_a_lighter_object_than_the_robot_is_possible() -> None:
     assert not rollout.divergences
 
 
+@pytest.mark.slow
 def test_a_sliding_block_stops_where_friction_on_the_ground_stops_it() -> None:
     """After v^2 / (2 mu g), by its own friction and not by that of the ground or of another block."""
     speed, frictions = 0.5, {"near": 0.3, "beyond": 0.2}

@@ -91,7 +91,8 @@ def test_a_negative_friction_is_refused() -> None:
         _thrown(0.0, -0.1)
 
 
-@pytest.mark.parametrize("name", ["interface", pytest.param("wading", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["interface", "wading"])
 def test_a_node_that_the_robot_hardly_touches_has_finite_adjoints(name: str) -> None:
     """Its mass there is 1e-24 kg, whose square is 0 in single precision, in which gradients are those of double."""
     scene = scenes.SCENES[name]()

@@ -51,6 +51,7 @@ def test_water_is_incompressible(precision: int, bound: float, cells: tuple[int,
     assert np.abs(divergence(flow_of(solver))).max() <= bound
 
 
+@pytest.mark.slow  # test_immersed.py has exact gradients through the same flow
 def test_adjoint_of_the_flow() -> None:
     """The adjoint of twenty substeps by the water's velocity agrees with central differences."""
     rng, steps, scene = np.random.default_rng(0), 20, empty_water(stirred(), 1 / 32)
