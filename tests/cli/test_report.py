@@ -123,3 +123,5 @@ def test_what_cannot_be_is_said(zoobench: Command, database: Path, words: tuple[
     reply = zoobench("report", *words)
     assert reply.code == 2
     assert why in reply.err
+    assert "Errno" not in reply.err
+    assert ".part" not in reply.err

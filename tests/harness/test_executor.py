@@ -106,9 +106,9 @@ def test_a_run_goes_on_from_its_checkpoint_in_a_process_that_has_done_another(tm
     assert [numbers(path, run_id) for run_id in (1, 2)] == [numbers(straight, run_id) for run_id in (1, 2)]
 
 
-_ONE_OF_EACH_KIND = ("grows", "leaves", "closes-output", "sets-a-signal")
+_ONE_OF_EACH_KIND = ("grows", "leaves", "sets-a-signal")
 _OTHERS = (
-    "is-foreign", "leaves-a-thread",
+    "closes-output", "is-foreign", "leaves-a-thread",
     "is-full", "leaves-sessions", "goes-away", "sets-the-path", "redirects-output", "replaces-output", "ignores-errors",
 )  # fmt: skip
 

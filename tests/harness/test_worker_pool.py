@@ -192,6 +192,7 @@ def _family(pid: int, size: int) -> list[psutil.Process]:
     raise AssertionError(f"the process never had {size} descendants")
 
 
+@pytest.mark.slow  # tests/db/test_races.py has many at once, on both kinds of database
 def test_runs_in_other_hands_are_waited_for(location: str) -> None:
     """A second launcher of the same runs does none of them twice."""
     ids = enqueue(location, 2)
