@@ -116,7 +116,9 @@ def test_stiffness_is_a_share_of_the_workspaces() -> None:
     np.testing.assert_allclose(solid.stiffness, 2.0 * form.stiffness[0].numpy()[built])
 
 
-@pytest.mark.parametrize("env", ["ground", POND], ids=["land", "water"])
+@pytest.mark.parametrize(
+    "env", [pytest.param("ground", id="land"), pytest.param(POND, id="water", marks=pytest.mark.slow)]
+)
 def test_the_scored_body_is_the_one_that_is_shown(env: str) -> None:
     """The formed body as a fixed design has the score of the solution, bit for bit; equilibration is counted apart."""
     problem = Problem(cell(environment=env, design="voxel", frames=4, fidelity=DOUBLE))

@@ -235,6 +235,7 @@ _LAUNCH = (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="signals are Linux's")
 def test_a_launcher_that_is_stopped_keeps_its_runs(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Three times for longer than its lease, beside one that is at work: nothing is lost, and no number is another."""
@@ -262,7 +263,7 @@ def _is_begun(path: Path) -> bool:
     return False
 
 
-@pytest.mark.parametrize("jump", [pytest.param(90.0, marks=pytest.mark.slow), 86_400.0, -300.0])
+@pytest.mark.parametrize("jump", [86_400.0, *(pytest.param(jump, marks=pytest.mark.slow) for jump in (90.0, -300.0))])
 def test_a_clock_that_is_set_in_the_midst_of_runs_loses_none(
     path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, jump: float
 ) -> None:
@@ -334,6 +335,7 @@ def test_a_workers_storage_error_is_the_launchers(path: Path) -> None:
         run_all(path, ids, child=_SLOW_WALK, on_update=spoil)
 
 
+@pytest.mark.slow
 def test_a_stopped_writer_is_waited_for_with_a_word(
     path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:

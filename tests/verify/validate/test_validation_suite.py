@@ -20,7 +20,7 @@ SHOWN_ELSEWHERE = {
     "manufactured-solution": "tests/verify/accuracy/test_analytic.py, with its order",
     "free-fall-single": "tests/sim/test_solver.py, free fall in both precisions",
     "spinning-disc-single": "the same in 64 bits, and tests/sim/test_solver.py",
-    "cantilever": "shear-wave and bar-mode: bending is both",
+    "cantilever": "bar-mode",
     "rolling-ball": "tests/sim/test_objects.py, a ball rolls down a slope",
     "bed-friction": "tests/sim/kernels/test_velocity_fields.py, what slides and what sticks",
     "taylor-green-vortex": "tests/sim/kernels/water_grid/test_advection.py, a vortex lasts",
@@ -28,6 +28,19 @@ SHOWN_ELSEWHERE = {
     "coasting-ball": "tests/sim/kernels/water_grid/test_immersed.py, a body takes water along and coasts",
     "sinking-ball": "the same, a body sinks or rises by its density",
     "added-mass-of-a-fish": "the same, a body takes water along",
+    "drag-of-solids": "tests/sim/test_surface_water.py, a coasting body slows down by its drag",
+    "plate-at-incidence": "the same",
+    "moment-on-a-spheroid": "the same, and tests/sim/model/test_potential_flow.py",
+    "balls-let-go": "the same, a body begins to sink or rise as its added mass lets it",
+    "ball-that-coasts": "the same",
+    "carangiform-fish": "the same",
+    "object-collision": "tests/sim/test_objects.py, momentum stays and energy falls",
+    "object-flies": "the same, a body moves as an object as it does as the robot",
+    "snow-press": "tests/sim/kernels/test_media.py, laws of the media",
+    "sand-shear": "the same",
+    "shear-wave": "bar-mode and wall-mode",
+    "block-modes": "the same",
+    "spinning-disc-apic": "spinning-disc",
 }
 """Cases of seconds whose physics a fast test shows in little, and which."""
 
