@@ -41,6 +41,7 @@ def _with_ball(task: str, frames: int) -> tuple[Problem, Array]:
     return problem, parameters
 
 
+@pytest.mark.slow
 def test_a_base_moves_as_its_channels_say() -> None:
     """Whatever its fingers push against: speed times activity, in every frame."""
     problem, parameters = _with_ball("lift", 10)
