@@ -82,6 +82,7 @@ def test_the_gradient_matches_central_differences(name: str, probed: tuple[Probe
     assert probe.error(gradient, name, direction, 1e-6) <= 1e-5
 
 
+@pytest.mark.slow  # the conformance suite has the gradient through what is pushed
 @EVERY_SCENE
 def test_the_block_is_pushed_and_its_path_differentiated(name: str) -> None:
     """It moves by a tenth of a cell, and its last place alone has a gradient by the robot's actuation."""

@@ -211,6 +211,7 @@ def test_the_step_is_safe_in_deep_compression() -> None:
     assert rollout.counts.max() > rollout.counts[0, 0]
 
 
+@pytest.mark.slow
 def test_a_robot_beyond_its_terrain_has_diverged() -> None:
     """The ground is not known there, and no wall stops it; level ground goes on."""
     scene = _terrain_scene()

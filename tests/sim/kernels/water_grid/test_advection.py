@@ -21,7 +21,7 @@ def taylor_green(speed: float, cells: int, spacing: float) -> Array:
     return velocities
 
 
-@pytest.mark.parametrize("speed", [0.02, 0.2])
+@pytest.mark.parametrize("speed", [pytest.param(0.02, marks=pytest.mark.slow), 0.2])
 def test_a_vortex_lasts(speed: float) -> None:
     """A Taylor-Green vortex with a wavelength of 16 cells keeps its speed for a quarter of a second, slow or fast."""
     given = taylor_green(speed, 8, 1 / 64)
