@@ -175,12 +175,12 @@ def test_a_run_whose_designs_all_fail_says_why() -> None:
 @pytest.mark.parametrize(
     "names",
     [
-        {"controller": "sine-feedback"},
-        {"design": "voxel"},
-        # in the precision whose kernels other tests compile, too
-        {"design": "voxel", "environment": POND, "fidelity": DOUBLE},
+        pytest.param({"controller": "sine-feedback"}, id="feedback"),
+        pytest.param({"design": "voxel"}, id="bodies"),
+        pytest.param(
+            {"design": "voxel", "environment": POND, "fidelity": DOUBLE}, id="bodies in water", marks=pytest.mark.slow
+        ),
     ],
-    ids=["feedback", "bodies", "bodies in water"],
 )
 def test_worlds_do_not_disturb_each_other(names: dict[str, str]) -> None:
     """Scores and gradients of robots side by side are those of each robot alone, bit for bit."""

@@ -121,7 +121,11 @@ def test_a_fidelity_is_what_it_says(name: str) -> None:
     assert (fidelity.precision, fidelity.grid_spacing, fidelity.courant) == (64, 0.01, 0.3)
 
 
-@pytest.mark.parametrize("name", DESIGNS)
+@pytest.mark.parametrize(
+    # on the ground they are those with the most particles; tests/designs/test_animals.py has their muscles
+    "name",
+    [pytest.param(name, marks=pytest.mark.slow if name in ("baby-seal", "panda") else ()) for name in DESIGNS],
+)
 def test_a_body_is_whole(name: str) -> None:
     """It stands on its ground point, muscles are named and used, head and tail exist, mass is that of a finer body."""
     check_body(name)

@@ -90,6 +90,7 @@ def test_it_is_posed_and_scaled(tmp_path: Path) -> None:
     assert np.ptp(upright.positions, axis=0).argmax() == 1
 
 
+@pytest.mark.slow
 def test_groups_do_not_depend_on_the_resolution(tmp_path: Path) -> None:
     """Nearest coarse and fine particles are in the same group; a second reading is equal bit for bit."""
     made = design(shape("torus"), tmp_path / "a.ply", muscles=6, grouping="k-means")

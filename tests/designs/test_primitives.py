@@ -98,6 +98,7 @@ def test_inside_its_skin_a_primitive_is_itself() -> None:
         np.testing.assert_allclose(tissues.fibres[n][muscled], animal.fibres(body.positions[muscled]), atol=1e-9)
 
 
+@pytest.mark.slow
 def test_outside_its_skin_a_primitive_is_what_its_nearest_point_is() -> None:
     """Against brute force among the particles of a fine body, of a primitive that bends up and down and one sideways.
 

@@ -66,6 +66,7 @@ def test_a_worker_takes_only_the_runs_of_its_sweep(path: Path) -> None:
         work_shift(WorkerOrders(str(path), 9, child=fake()), shift_of(None))
 
 
+@pytest.mark.slow
 def test_a_run_goes_back_to_the_queue_when_the_time_is_nearly_over(path: Path) -> None:
     """It stops at a checkpoint within the time, and the next worker comes to the numbers of an undisturbed run."""
     enqueue(path)

@@ -263,6 +263,7 @@ def _is_begun(path: Path) -> bool:
     return False
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("jump", [86_400.0, *(pytest.param(jump, marks=pytest.mark.slow) for jump in (90.0, -300.0))])
 def test_a_clock_that_is_set_in_the_midst_of_runs_loses_none(
     path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, jump: float

@@ -28,7 +28,7 @@ CELLS = 14
 FRAMES = 8
 SLEEP = 0.01
 KINDS = pytest.mark.parametrize(
-    "kind", ["ground", "sand", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("mud", "water"))]
+    "kind", ["ground", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("sand", "mud", "water"))]
 )
 
 

@@ -167,6 +167,7 @@ def test_a_sliding_block_stops_where_friction_on_the_ground_stops_it() -> None:
         assert np.ptp(path[-15:]) < 0.005, name  # it rocks on the ground's layer
 
 
+@pytest.mark.slow
 def test_the_smaller_friction_of_two_objects_holds() -> None:
     """A block slides on another one as if both had it, and less far where both have more."""
     far = scenes.with_idle_muscle(scenes.passive_block((0.05, 0.0, 0.05), (2, 2, 2), np.zeros(3)))
@@ -217,6 +218,7 @@ def test_a_ball_rolls_down_a_slope(friction: float) -> None:
     assert acceleration == pytest.approx(5 / 7 * GRAVITY * np.sin(slope), rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_block_rests_on_a_bed_that_bears_it() -> None:
     """On sand it comes to rest, hardly below where it began."""
     scene = scenes.medium_scene("sand")

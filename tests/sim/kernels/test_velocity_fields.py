@@ -31,7 +31,7 @@ def _thrown(gap: float, friction: float | None, speed: Array = SPEED) -> Scene:
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("transfer", ["apic", "aflip"])
+@pytest.mark.parametrize("transfer", ["apic", pytest.param("aflip", marks=pytest.mark.slow)])
 def test_the_impulse_between_them_is_equal_and_opposite_and_adds_no_energy(transfer: Transfer) -> None:
     """An elastic block thrown at sand slows down; momentum stays to rounding, and energy falls in every substep."""
     solver = Solver(_thrown(0.0, 0.4), scenes.fidelity(transfer=transfer))

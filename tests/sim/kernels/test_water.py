@@ -243,6 +243,7 @@ def test_water_keeps_its_level_after_a_slosh() -> None:
     assert _height(solver) == pytest.approx(180 / 54, abs=0.1)
 
 
+@pytest.mark.slow
 def test_dense_water_expands() -> None:
     """Two particles in every place, both with J = 1, take the volume of both but for the tolerated surplus within two
     seconds."""

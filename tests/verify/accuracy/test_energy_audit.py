@@ -90,9 +90,20 @@ def test_the_transfers_differ_in_the_energy_lost_without_a_cause() -> None:
 
 
 @pytest.mark.parametrize(
-    ("medium", "lost"), [("sand", {"plastic"}), ("clay", {"plastic"}), ("mud", {"plastic", "viscous"}),
-                         ("snow", {"plastic"}), ("water", {"viscous"})],
-)  # fmt: skip
+    ("medium", "lost"),
+    [
+        ("sand", {"plastic"}),
+        *(
+            pytest.param(medium, lost, marks=pytest.mark.slow)
+            for medium, lost in (
+                ("clay", {"plastic"}),
+                ("mud", {"plastic", "viscous"}),
+                ("snow", {"plastic"}),
+                ("water", {"viscous"}),
+            )
+        ),
+    ],
+)
 def test_a_body_falling_on_a_bed_loses_what_the_medium_can_take(medium: str, lost: set[str]) -> None:
     """By yield and by viscosity, each where there is such a thing, and more than rounding; nothing is created."""
     _, _, before, losses, stored = followed(medium_scene(medium), frames=6)

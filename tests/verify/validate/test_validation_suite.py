@@ -41,6 +41,7 @@ SHOWN_ELSEWHERE = {
     "shear-wave": "bar-mode and wall-mode",
     "block-modes": "the same",
     "spinning-disc-apic": "spinning-disc",
+    "hydrostatic-column": "tests/sim/kernels/test_water.py",
 }
 """Cases of seconds whose physics a fast test shows in little, and which."""
 
