@@ -25,7 +25,8 @@ from zoobench.testing import (
 )
 
 ENVS, TASKS, DESIGNS, CONTROLLERS, METHODS, FIDELITIES = (registry.names(kind) for kind in Kind)
-TASKS = [name if name != "mix" else "mix[movement-speed=1,turning=0.2,final-position=0.1]" for name in TASKS]
+MIXTURE = "mix[movement-speed=1,turning=0.2,final-position=0.1,power=-0.05,sideways=-0.3]"
+TASKS = [name if name != "mix" else MIXTURE for name in TASKS]
 # what a user's file makes is tested with files, in tests/designs
 DESIGNS = [name for name in DESIGNS if not registry.get(Kind.DESIGN, name).required]
 # a stored gait is tested with stored runs, in tests/controllers
@@ -79,6 +80,7 @@ CELLS += [
     # the surface of a relaxed body jumps with its shape, and a gradient holds it
     for name, marks in [("orca", ()), *((name, pytest.mark.slow) for name in BODIES if name != "orca")]
 ]
+CELLS.append(pytest.param(SEA, MIXTURE, "fish", id="sea-mix-fish"))
 CELLS.append(pytest.param(TANK, "movement-speed", "caterpillar", id="tank-movement-speed-caterpillar"))
 THROWN = "ground[object=box,object_gap=0.005,object_speed=0.6]"
 CELLS.append(pytest.param(THROWN, "catch", "caterpillar", id="thrown-catch-caterpillar", marks=pytest.mark.slow))

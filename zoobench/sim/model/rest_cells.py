@@ -16,7 +16,7 @@ from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
+from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components
 
 from zoobench.arrays import Array
@@ -102,6 +102,18 @@ class RestCells:
             masses=trilinear(in_cell[one]),
             weights=trilinear(((body.positions - low) / h - cells)[known]),
         )
+
+    def deformation_map(self) -> csr_array:
+        """The gradients of the weights, by node and particle `[nodes, 3 * particles]` [1/m].
+
+        Column 3 p + k, times the places of the nodes, is column k of F of particle p.
+        """
+        cell, lane = (self.particles >= 0).nonzero()
+        values = self.slopes[self.shape[cell], :, :, lane]  # by particle, node and axis
+        columns = 3 * self.particles[cell, lane][:, None, None] + np.arange(3)
+        nodes, columns = np.broadcast_arrays(self.nodes[cell][:, :, None], columns)
+        size = len(self.places), 3 * len(cell)
+        return coo_array((values.ravel(), (nodes.ravel(), columns.ravel())), shape=size).tocsr()
 
 
 def _split_nodes(cubes: NDArray[np.int64], cells: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
