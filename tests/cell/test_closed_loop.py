@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import torch
 
-from tests.conformance.cells import cell
+from tests.conformance.cells import SEA, cell
 from zoobench.cell.closed_loop import FeedbackLoops
 from zoobench.cell.observation import ObservationModel
 from zoobench.cell.problem import Problem
@@ -74,6 +74,22 @@ def test_the_adjoint_goes_through_what_is_seen_of_the_target(monkeypatch: pytest
     )
     _, without = problem.loss_and_grad(params)
     assert -without @ direction != pytest.approx((ahead - behind) / 2e-5, rel=1e-4)
+
+
+@pytest.mark.parametrize("env", ["ground", SEA], ids=["land", "water"])
+def test_the_adjoint_of_the_muscles_power_goes_through_the_loop(env: str) -> None:
+    """In double precision it is that of differences: the power in a frame is a function of what was seen before it."""
+    spec = cell(
+        environment=env, design="fish", task="mix[power=-1]", controller="policy-network[hidden=8]",
+        fidelity="smoke[precision=64]", frames=8,
+    )  # fmt: skip
+    problem = Problem(spec)
+    params = 3.0 * problem.initial(np.random.default_rng(1))
+    direction = np.random.default_rng(2).normal(size=len(params))
+    evaluation, gradient = problem.loss_and_grad(params)
+    assert evaluation.score < -1e-3
+    ahead, behind = (problem.evaluate(params + sign * 1e-6 * direction).score for sign in (1.0, -1.0))
+    assert -gradient @ direction == pytest.approx((ahead - behind) / 2e-6, rel=1e-5)
 
 
 def test_the_adjoint_goes_through_what_is_seen_of_an_object() -> None:

@@ -57,9 +57,10 @@ def test_a_motion_is_the_chosen_worlds_in_double_precision(problem: Problem) -> 
     np.testing.assert_array_equal(motion.tail.numpy(), body.tail)
     np.testing.assert_array_equal(motion.rest.numpy(), body.positions)
     expected = -rollout.actuation[:, 1:] * np.diff(rollout.muscle_potential[:, 1:], axis=0)
-    np.testing.assert_array_equal(motion.muscle_work.numpy(), expected)
+    np.testing.assert_array_equal(motion.muscle_work.detach().numpy(), expected)
     assert str(motion.positions.dtype) == str(motion.muscle_work.dtype) == "torch.float64"
     assert motion.positions.requires_grad
+    assert motion.muscle_work.requires_grad
     assert not motion_of(rollout, body, problem.scene, slice(0, 1)).positions.requires_grad
 
 
@@ -105,3 +106,17 @@ def test_an_adjoint_has_a_part_for_every_particle(problem: Problem) -> None:
     np.testing.assert_array_equal(adjoint.positions, expected[0])
     np.testing.assert_array_equal(adjoint.velocities, expected[1])
     assert adjoint.masses.shape == adjoint.occupancy.shape == (2, scene.robot.particle_count)
+    assert adjoint.muscle_work.shape == motion.muscle_work.shape
+    assert not adjoint.muscle_work.any()
+
+
+def test_the_adjoint_of_the_work_joins_the_worlds(problem: Problem) -> None:
+    """Of every frame, world and muscle, in the order of the worlds."""
+    rollout, scene = _rollout(problem.scene), problem.scene
+    weights = np.random.default_rng(1).normal(size=rollout.muscle_work.shape)
+    parts = []
+    for world in range(3):
+        motion = motion_of(rollout, problem.body, scene, slice(world, world + 1), gradient=True)
+        value = (motion.muscle_work * torch.as_tensor(weights[:, world : world + 1])).sum()
+        parts.append(MotionAdjoint.of(value, motion))
+    np.testing.assert_array_equal(MotionAdjoint.joined(parts).muscle_work, weights)

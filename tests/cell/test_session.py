@@ -24,9 +24,10 @@ def _act(problem: Problem, params: np.ndarray, session: Session, observations: n
 
 TASKS = [registry.get(Kind.TASK, name) for name in registry.names(Kind.TASK)]
 ALONE = [task.name for task in TASKS if not (task.needs_settings or task.needs_object)]
+POWER = "mix[movement-speed=1,power=-0.1]"
 
 
-@pytest.mark.parametrize("task", [*ALONE, "push-to"])  # which sees what every task with an object does, and more
+@pytest.mark.parametrize("task", [*ALONE, POWER, "push-to"])  # which sees what every task with an object does, and more
 def test_an_episode_is_the_same_as_in_one_piece(task: str) -> None:
     """Rewards, cost and end, of a complete episode and of one that is begun again after two frames."""
     problem = Problem(cell(task=task, controller="sine-feedback", frames=FRAMES))

@@ -25,7 +25,8 @@ from zoobench.testing import (
 )
 
 ENVS, TASKS, DESIGNS, CONTROLLERS, METHODS, FIDELITIES = (registry.names(kind) for kind in Kind)
-TASKS = [name if name != "mix" else "mix[movement-speed=1,turning=0.2,final-position=0.1]" for name in TASKS]
+MIXTURE = "mix[movement-speed=1,turning=0.2,final-position=0.1,power=-0.05,sideways=-0.3]"
+TASKS = [name if name != "mix" else MIXTURE for name in TASKS]
 # what a user's file makes is tested with files, in tests/designs
 DESIGNS = [name for name in DESIGNS if not registry.get(Kind.DESIGN, name).required]
 # a stored gait is tested with stored runs, in tests/controllers
@@ -77,11 +78,12 @@ CELLS += [
 ]
 THROWN = "ground[object=box,object_gap=0.005,object_speed=0.6]"
 CELLS += [
-    pytest.param(place, task, name, id=f"{word}-{task}-{name}", marks=pytest.mark.slow)
+    pytest.param(place, task, name, id=f"{word}-{task.partition('[')[0]}-{name}", marks=pytest.mark.slow)
     for word, place, task, names in (
         # gradients through forces on a surface are in tests/sim/test_surface_water.py; the surface of a relaxed body
         # jumps with its shape, and a gradient holds it
         ("sea", SEA, "movement-speed", BODIES),
+        ("sea", SEA, MIXTURE, ["fish"]),
         ("tank", TANK, "movement-speed", ["caterpillar"]),
         ("thrown", THROWN, "catch", ["caterpillar"]),
     )

@@ -85,9 +85,9 @@ class Eventful:
             self.rollout = self.solver.run(still, body, feedback=act, equilibration=REST)
 
     def gradient(self) -> Gradient:
-        """For a random functional of the trajectory."""
-        weights = scenes.path_weights(self.solver, FRAMES)
-        return self.solver.backward(self.rollout, *weights, feedback=self._adjoint)
+        """For a random functional of the trajectory and of the muscles' work."""
+        weights, work = scenes.path_weights(self.solver, FRAMES), scenes.actuation(self.solver, FRAMES, seed=6)
+        return self.solver.backward(self.rollout, *weights, feedback=self._adjoint, work_adjoint=work)
 
 
 def _solver(precision: int, **options: Any) -> Solver:
@@ -109,6 +109,7 @@ def test_a_whole_tape_recomputes_nothing(whole: tuple[int, Rollout, Gradient, Su
     assert (set(rollout.divergences), rollout.retries[:2].tolist()) == ({2}, [0, 4])
     assert rollout.stops[:, :2].sum() > 2
     assert gradient.actuation[:, :2].any()
+    assert not gradient.actuation[:, 2].any()
     assert not gradient.fault
     assert len(rollout.segments) == 1
     assert meter.recomputed == 0

@@ -27,6 +27,7 @@ FORMED = ("jump", "flip", "balance", "height", "span", "area", "shape[height=1.2
         ("waypoint-following", block(count=1), True, False),
         ("final-position", block(count=1), True, False),
         ("mix[turning=0.2,velocity-tracking=-1,final-position=3]", block(count=1), True, True),
+        ("mix[sideways=-1,heading=40]", SMALL, False, True),
     ],
 )
 def test_the_gradient_is_that_of_the_score(

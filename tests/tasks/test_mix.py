@@ -1,5 +1,7 @@
 """Weighted sums of tasks."""
 
+from dataclasses import replace
+
 import pytest
 import torch
 
@@ -8,8 +10,12 @@ from zoobench import registry
 from zoobench.registry import Kind
 from zoobench.spec import Ref
 from zoobench.tasks.base import Task
+from zoobench.tasks.penalties import MusclePower, SidewaysSpeed
 
-MOTION = rigid(block(), spin=0.7, velocity=(0.06, 0.0, 0.01), frames=60)
+MOTION = replace(
+    rigid(block(), spin=0.7, velocity=(0.06, 0.0, 0.01), frames=60),
+    muscle_work=torch.linspace(-1e-4, 3e-4, 120, dtype=torch.float64).reshape(60, 1, 2),
+)
 
 
 def _task(text: str) -> Task:
@@ -21,9 +27,9 @@ def test_a_mixture_is_the_weighted_sum_of_its_tasks() -> None:
     """Reward, score and objective, with the parameters of the tasks; the metrics hold the score of each."""
     whole = _task(
         "mix[movement-speed=1,heading=20,turning=-0.2,velocity-tracking=0.5,direction_weight=0.3,"
-        "waypoint_following=2,path=random,path_seed=3,speed=0.1,final-position=4,x=0.03,z=-0.01]"
+        "waypoint_following=2,path=random,path_seed=3,speed=0.1,final-position=4,x=0.03,z=-0.01,power=-3,sideways=-0.7]"
     )
-    parts = {
+    parts: dict[str, tuple[float, Task]] = {
         "movement_speed": (1.0, _task("movement-speed[heading=20]")),
         "turning": (-0.2, _task("turning")),
         "velocity_tracking": (
@@ -32,6 +38,8 @@ def test_a_mixture_is_the_weighted_sum_of_its_tasks() -> None:
         ),
         "waypoint_following": (2.0, _task("waypoint-following[path=random,path_seed=3,speed=0.1]")),
         "final_position": (4.0, _task("final-position[x=0.03,z=-0.01]")),
+        "power": (-3.0, MusclePower()),
+        "sideways": (-0.7, SidewaysSpeed(heading=20.0)),
     }
     for name in ("reward", "score", "objective"):
         wanted = sum(weight * getattr(task, name)(MOTION) for weight, task in parts.values())

@@ -132,7 +132,7 @@ class EpisodeRunner:
             [MotionAdjoint.of(-self._task.objective(motion).sum(), motion) for motion in motions]
         )
         feedback = loops.adjoint(whole.episode) if loops else None
-        gradient = solver.backward(whole, direct.positions, direct.velocities, feedback)
+        gradient = solver.backward(whole, direct.positions, direct.velocities, feedback, direct.muscle_work)
         by_body = direct.by_arrays(gradient, whole, self.body, self.density) if relaxed else {}
         return {"activity": gradient.actuation.swapaxes(0, 1), **by_body}
 

@@ -40,7 +40,8 @@ def motion_of(
         body: the robot at rest.
         scene: which was simulated.
         worlds: by default all.
-        gradient: whether positions, velocities, occupancy and masses are leaves of an autograd graph.
+        gradient: whether positions, velocities, occupancy, masses and the muscles' work are leaves of an autograd
+            graph.
         swims: whether the body is in the midst of water.
     """
     import torch
@@ -68,7 +69,7 @@ def motion_of(
         rest=tensor(body.positions),
         head=tensor(body.head),
         tail=tensor(body.tail),
-        muscle_work=tensor(rollout.muscle_work[:, worlds]),
+        muscle_work=tensor(rollout.muscle_work[:, worlds], gradient),
         occupancy=tensor(occupancy, gradient),
         swims=swims,
         objects=objects,
@@ -93,12 +94,14 @@ class MotionAdjoint:
     Attributes:
         positions, velocities: of robot and objects `[frames + 1, worlds, all particles, 3]`.
         occupancy, masses: of the robot `[worlds, particle_count]`.
+        muscle_work: `[frames, worlds, muscle_count]`; 0 where the scalar does not depend on it.
     """
 
     positions: Array
     velocities: Array
     occupancy: Array
     masses: Array
+    muscle_work: Array
 
     @classmethod
     def of(cls, value: "Tensor", motion: Motion) -> "MotionAdjoint":
@@ -107,11 +110,10 @@ class MotionAdjoint:
 
         bodies: list[Motion | ObjectMotion] = [motion, *motion.objects.values()]
         leaves = [*(body.positions for body in bodies), *(body.velocities for body in bodies)]
-        adjoints = torch.autograd.grad(
-            value, (*leaves, motion.existing, motion.masses), allow_unused=True, materialize_grads=True
-        )
-        states = (torch.cat(part, dim=2) for part in (adjoints[: len(bodies)], adjoints[len(bodies) : -2]))
-        return cls(*(adjoint.numpy() for adjoint in (*states, *adjoints[-2:])))
+        others = motion.existing, motion.masses, motion.muscle_work
+        adjoints = torch.autograd.grad(value, (*leaves, *others), allow_unused=True, materialize_grads=True)
+        states = (torch.cat(part, dim=2) for part in (adjoints[: len(bodies)], adjoints[len(bodies) : len(leaves)]))
+        return cls(*(adjoint.numpy() for adjoint in (*states, *adjoints[len(leaves) :])))
 
     @classmethod
     def joined(cls, parts: "list[MotionAdjoint]") -> "MotionAdjoint":
@@ -121,6 +123,7 @@ class MotionAdjoint:
             velocities=np.concatenate([part.velocities for part in parts], axis=1),
             occupancy=np.concatenate([part.occupancy for part in parts]),
             masses=np.concatenate([part.masses for part in parts]),
+            muscle_work=np.concatenate([part.muscle_work for part in parts], axis=1),
         )
 
     def by_arrays(self, simulated: "Gradient", rollout: "Rollout", body: Body, density: float) -> dict[str, Array]:

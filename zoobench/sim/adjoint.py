@@ -25,6 +25,7 @@ from zoobench.sim.model.tensors import fetch, memory
 from zoobench.sim.moving_arena import carry_out, end_adjoint
 from zoobench.sim.simulation import Simulation
 from zoobench.sim.tape import Tape
+from zoobench.sim.work_adjoint import WorkAdjoint
 
 
 class Adjoint:
@@ -49,15 +50,22 @@ class Adjoint:
         self._fault = ""
         self._tension = np.zeros((rollout.frames, worlds, robot), runtime.host_real(real))
         self._actuation = np.zeros(rollout.actuation.shape)
+        self._work: WorkAdjoint | None = None
 
     def run(
-        self, position_adjoint: FloatArray, velocity_adjoint: FloatArray, feedback: FeedbackAdjoint | None = None
+        self,
+        position_adjoint: FloatArray,
+        velocity_adjoint: FloatArray,
+        feedback: FeedbackAdjoint | None = None,
+        work_adjoint: Array | None = None,
     ) -> Gradient:
-        """The gradient, from the loss's adjoints of the episode's trajectory `[frames + 1, worlds, robot, 3]` each."""
+        """The gradient, from the loss's adjoints of the episode; arguments as of `Solver.backward`."""
         sim, rollout, rest = self._sim, self._rollout, self._rollout.equilibration
         sim.set_body(rollout.body)
         for world in range(sim.worlds):
             sim.alive[world] = int(world not in rollout.divergences)
+        if work_adjoint is not None and work_adjoint.any():
+            self._work = WorkAdjoint(sim, rollout, work_adjoint)
         seeds = self._seeds(position_adjoint, velocity_adjoint)
         self._seed(seeds[rollout.frames - rest])
         for number, segment in reversed(list(enumerate(rollout.segments))):
@@ -144,6 +152,7 @@ class Adjoint:
 
     def _reverse(self, part: Part, first: IntArray) -> None:
         sim = self._sim
+        self._seed_work(part.frame + 1, first + part.slots)
         sim.repeat_tension(self._rollout, part.frame)
         for world, move in reversed(self._moves_after(part)):
             end_adjoint(sim, self._state, world, move)
@@ -153,6 +162,21 @@ class Adjoint:
         plan = sim.plan(first, part.counts, self._counts[part.frame], begins=part.begins)
         sim.launcher.reverse(self._tape.states, sim.parameters, plan, self._state, self._parameters)
         sim.meter.count("backward", plan.world_substeps, at_rest=part.frame < self._rollout.equilibration)
+        if part.is_first:
+            self._seed_work(part.frame, first)
+
+    def _seed_work(self, frame: int, slots: IntArray) -> None:
+        """Add what the loss of the muscles' work has by the state at the beginning of a frame, once for each state.
+
+        Args:
+            slots: of the tape where the worlds have that state, or a later one if it was added already `[worlds]`.
+        """
+        if self._work is not None and self._work.awaits(frame):
+            deformation = self._tape.states.F[torch.as_tensor(slots), torch.arange(self._sim.worlds)]
+            found = self._work.by_state(frame, deformation)
+            self._sim.launcher.add_deformation(self._state, found.deformation)
+            self._parameters.fibre[...] += found.fibre
+            self._parameters.volume[:, : self._sim.elastic_count] += found.volume
 
     def _seeds(self, positions: FloatArray, velocities: FloatArray) -> Any:
         """Adjoints of places and velocities `[..., worlds, robot, 3]` as the state has them, 0 in worlds not alive."""
@@ -190,6 +214,8 @@ class Adjoint:
         tension = self._parameters.tension
         if self._sim.muscle_count and frame >= self._rollout.equilibration:
             self._actuation[frame] = self._sim.by_actuation(self._rollout, self._parameters)
+            if self._work is not None:
+                self._actuation[frame] += self._work.actuation[frame]
         fetch(self._tension[frame], tension)
         tension.zero_()
         self._parameters.fibre[:, self._sim.driven] = 0.0
@@ -210,7 +236,7 @@ class Adjoint:
             stiffness=array(self._parameters.stiffness)[:, :count],
             density_ratio=mass * body["occupancy"],
             occupancy=mass * body["density_ratio"] + volume - self._displaced(),
-            by_membership=partial(_by_membership, self._tension, self._rollout, sim.scene),
+            by_membership=partial(_by_membership, self._tension, self._rollout, sim.scene, self._work),
             fibres=array(self._parameters.fibre)[:, :count],
             fault=self._fault,
         )
@@ -240,9 +266,12 @@ def _by_activity(tension: FloatArray, scene: Scene) -> Array:
     return tension.astype(float) * scene.robot.material.muscle_strength
 
 
-def _by_membership(tension: FloatArray, rollout: Rollout, scene: Scene) -> Array:
-    """Derivative of the loss by the muscle membership `[worlds, robot, muscles]`, from that by all tensions."""
+def _by_membership(tension: FloatArray, rollout: Rollout, scene: Scene, work: WorkAdjoint | None) -> Array:
+    """Derivative of the loss by the muscle membership `[worlds, robot, muscles]`, from that by all tensions and that
+    by the muscles' work."""
     found = np.zeros(rollout.body["muscle_membership"].shape)
+    if work is not None:
+        found += work.membership()
     for frame in reversed(range(rollout.frames if rollout.actuation.size else 0)):
         found += _by_activity(tension[frame], scene)[:, :, None] * rollout.actuation[frame][:, None, :]
     return found[:, : scene.robot.particle_count]

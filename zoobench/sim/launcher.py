@@ -139,6 +139,10 @@ class Launcher:
     def place_nodes(self, matter: Matter, origin: Array) -> None:
         """Write the robot's nodes of the scene at time zero into a state, measured from `origin` [m]."""
 
+    def add_deformation(self, adjoint: Matter, by_deformation: Tensor) -> None:
+        """Add to the adjoint of the robot's deformation gradients `[worlds, robot, 3, 3]` at slot 0."""
+        adjoint.F[0] += by_deformation
+
     def keep(self, nodes: int) -> None:
         """Have room for so many nodes of every world, whose momenta `advance` keeps for `reverse`; 0 for none."""
         room = (LARGEST_ARRAY // (4 * self.fields) - self._own_nodes) // self._worlds

@@ -1,7 +1,10 @@
 """Launches of the kernels of a robot in its rest frame, see `kernels.rest_frame`."""
 
+from functools import cached_property
+
 import numpy as np
 import torch
+from scipy.sparse import csr_array
 from torch import Tensor
 
 from zoobench.arrays import Array
@@ -64,6 +67,17 @@ class RestFrameLauncher(Launcher):
         np.add.at(total, rest.nodes, momentum)
         np.add.at(mass, rest.nodes, masses.sum(axis=2))
         put(matter.nodes[:, :, :, 1, :3], total / mass[:, None])
+
+    def add_deformation(self, adjoint: Matter, by_deformation: Tensor) -> None:
+        """As `Launcher.add_deformation`: F follows from the places of the nodes."""
+        given = by_deformation.numpy().transpose(0, 1, 3, 2)  # by particle, column and row
+        for world, columns in enumerate(given):
+            places = self._deformation_map @ columns.reshape(-1, 3)
+            adjoint.nodes[0, world, :, 0, :3] += torch.as_tensor(places, dtype=self._real)
+
+    @cached_property
+    def _deformation_map(self) -> csr_array:
+        return self._rest.deformation_map()
 
     def keep(self, nodes: int) -> None:
         """Nothing is kept but the states, which hold the forces."""

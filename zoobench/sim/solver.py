@@ -207,6 +207,7 @@ class Solver:
         position_adjoint: FloatArray,
         velocity_adjoint: FloatArray,
         feedback: FeedbackAdjoint | None = None,
+        work_adjoint: Array | None = None,
     ) -> Gradient:
         """The gradient of a loss from its adjoints of the episode's trajectory, `[frames + 1, worlds, robot, 3]` each.
 
@@ -214,11 +215,14 @@ class Solver:
 
         Args:
             feedback: adjoint of the feedback that the rollout was made with.
+            work_adjoint: the loss's adjoint of `Rollout.muscle_work` `[frames, worlds, muscles]` [1/J]; none if it is
+                0, and nothing is computed for it then.
 
         Raises:
             UsageError: the solver was made without gradients.
         """
-        return self.adjoint(rollout).run(np.asarray(position_adjoint), np.asarray(velocity_adjoint), feedback)
+        trajectory = np.asarray(position_adjoint), np.asarray(velocity_adjoint)
+        return self.adjoint(rollout).run(*trajectory, feedback, work_adjoint)
 
     def adjoint(self, rollout: Rollout) -> Adjoint:
         """The backward pass of a rollout, not yet run; errors as of `backward`."""

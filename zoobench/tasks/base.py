@@ -95,7 +95,7 @@ class Motion:
         rest: positions in the design's own frame, x ahead and y up, `[particle_count, 3]` [m].
         head, tail: 1 for a particle with this label, else 0 `[particle_count]`.
         muscle_work: work of every muscle on the body in every frame `[frames, worlds, muscle_count]` [J]; negative if
-            the body stretched the muscle. Not differentiable.
+            the body stretched the muscle.
         occupancy: `[worlds, particle_count]` in [0, 1]; None if it is 1 for every particle with mass.
         swims: whether the body is in the midst of water, so that readings of swimming mean something.
         numbers: the control frames at whose ends the states are `[frames + 1]`; by default 0, 1, 2 and so on.
@@ -263,8 +263,8 @@ class Task(Protocol):
     def reward(self, motion: Motion) -> "Tensor":
         """Reward of every control frame `[frames, worlds]`; higher is better.
 
-        It depends on the state at the end of the frame and on the first state of the episode only, so that it is known
-        at once.
+        It depends on the state at the end of the frame, on the muscles' work in it and on the first state of the
+        episode only, so that it is known at once.
         """
 
     def score(self, motion: Motion) -> "Tensor":

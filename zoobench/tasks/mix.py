@@ -13,6 +13,7 @@ from zoobench.tasks.base import Motion, Observed, ObservedPart, Route, Situation
 from zoobench.tasks.final_position import FinalPosition
 from zoobench.tasks.movement_speed import MovementSpeed
 from zoobench.tasks.paths import PathShape
+from zoobench.tasks.penalties import MusclePower, SidewaysSpeed
 from zoobench.tasks.readings import common_readings
 from zoobench.tasks.turning import Turning
 from zoobench.tasks.velocity_tracking import VelocityTracking
@@ -22,18 +23,22 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 
-@register(Kind.TASK, "mix", tags=("locomotion", COMPOSED), added=("target",))
+@register(Kind.TASK, "mix", tags=("locomotion", COMPOSED), added=("target", "power", "sideways"))
 @dataclass(frozen=True, kw_only=True)
 class Mix(Task):
     """A weighted sum of other tasks, as in `mix[movement-speed=1,turning=0.2]`.
 
     Score, reward and objective are sums of weight times those of the tasks. These are in m/s (movement-speed, turning,
-    velocity-tracking) or in m (waypoint-following, final-position), so that a weight has the unit 1/(m/s) or 1/m and
-    the sum has none. A negative weight punishes. The score of every task with a weight is reported, too, in its unit.
+    velocity-tracking, sideways), in m (waypoint-following, final-position) or in W (power), so that a weight has the
+    unit 1/(m/s), 1/m or 1/W and the sum has none. A negative weight punishes, as in `mix[movement-speed=1,power=-0.1]`.
+    The score of every task with a weight is reported, too, in its unit.
 
     * `movement_speed`, `turning`, `velocity_tracking`, `waypoint_following`, `final_position`: the weights; one at
       least is not zero.
-    * `heading`: of movement-speed.
+    * `power`: weight of the power that the muscles put into the body. Their positive work counts, as in the cost of
+      transport: a muscle that is stretched while it pulls gives nothing back.
+    * `sideways`: weight of the speed to the side of `heading`, which is 0 of straight motion.
+    * `heading`: of movement-speed and sideways.
     * `path`, `speed`, `path_seed`, `target`: of velocity-tracking and waypoint-following.
     * `direction_weight`: of velocity-tracking.
     * `x`, `z`: of final-position.
@@ -52,6 +57,8 @@ class Mix(Task):
     direction_weight: float = 0.9
     x: float = 0.1
     z: float = 0.0
+    power: float = 0.0
+    sideways: float = 0.0
     unit: ClassVar[str] = "1"
 
     def __post_init__(self) -> None:
@@ -72,6 +79,8 @@ class Mix(Task):
             "velocity_tracking": VelocityTracking(**route, direction_weight=self.direction_weight),
             "waypoint_following": WaypointFollowing(**route),
             "final_position": FinalPosition(x=self.x, z=self.z),
+            "power": MusclePower(),
+            "sideways": SidewaysSpeed(heading=self.heading),
         }
         return {name: (getattr(self, name), task) for name, task in made.items() if getattr(self, name)}
 

@@ -34,7 +34,8 @@ def test_a_block_has_the_cells_and_nodes_of_its_grid() -> None:
 
 
 def test_a_linear_field_has_its_gradient_and_its_values() -> None:
-    """Of places that are moved by an affine map, gradients and weights give it back in every cell, full or not."""
+    """Of places that are moved by an affine map, gradients, the map to F and weights give it back in every cell, full
+    or not."""
     rng = np.random.default_rng(0)
     body = _body(_block(5, 3, 4)[rng.permutation(60)[:45]])
     offsets = rng.uniform(-0.2, 0.2, (45, 3)) * scenes.EDGE
@@ -45,6 +46,8 @@ def test_a_linear_field_has_its_gradient_and_its_values() -> None:
     has = cells.particles >= 0
     found = np.einsum("cir,cikl->clrk", moved, cells.slopes[cells.shape])
     assert np.abs(found[has] - turn).max() <= 1e-12
+    mapped = (cells.places @ turn.T).T @ cells.deformation_map()
+    np.testing.assert_allclose(mapped.reshape(3, 45, 3), np.broadcast_to(turn[:, None], (3, 45, 3)), atol=1e-12)
     there = np.einsum("cil,cir->clr", cells.weights, moved)
     expected = body.positions @ turn.T + shift
     assert np.abs(there[has] - expected[cells.particles[has]]).max() <= 1e-12

@@ -134,7 +134,7 @@ class GradientCase:
         motion = self._motion(rollout, leaf=True)
         direct = MotionAdjoint.of(self._task.objective(motion).sum(), motion)
         feedback = loops.adjoint(rollout) if loops else None
-        found = self._solver.backward(rollout, direct.positions, direct.velocities, feedback)
+        found = self._solver.backward(rollout, direct.positions, direct.velocities, feedback, direct.muscle_work)
         by_body = direct.by_arrays(found, rollout, self._body, self._density)
         gradients = {"actuation": found.actuation, **by_body}
         parameters = built.gradient({name: gradients[name][0] for name in built.matter})

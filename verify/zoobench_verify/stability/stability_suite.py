@@ -16,13 +16,15 @@ from zoobench_verify.stability import (
     object_cases,
     particle_cases,
     strains,
+    swimmer_cases,
 )
 
 STUDY = "stability"
 STEP_STUDY = "largest-step"
 
 CASES = cases_of(
-    particle_cases, strains, impact, contrast, muscles, domain, media_cases, object_cases, gradient_cases,
+    particle_cases, strains, impact, contrast, muscles, domain, media_cases, object_cases, swimmer_cases,
+    gradient_cases,
     horizon, bad_inputs,
 )  # fmt: skip
 

@@ -29,7 +29,7 @@ _WAVELENGTH = 1.0
 _STRENGTH, _GROWTH = 2.0, 0.0
 """Parameters of the wave: all muscles reach tanh(2) = 0.96 of their strength."""
 
-_TANK = "ocean[length=0.4375,depth=0.15625,width=0.1875]"
+TANK = "ocean[length=0.4375,depth=0.15625,width=0.1875]"
 """The tank of water, whatever the environment's own size is: the figures are those of this one."""
 
 _PERIODS = 6
@@ -77,11 +77,11 @@ class Swim:
         )
 
 
-def _swim(frequency: float, way: float = 1.0, level: str = "standard") -> Swim:
-    """The fish in the ocean at a fidelity, driven by a wave that runs to the tail (`way` 1) or to the head (-1)."""
-    fidelity: Fidelity = registry.create(Kind.FIDELITY, Ref(level))
-    env: Environment = registry.create(Kind.ENV, Ref.parse(_TANK))
-    design: Design = registry.create(Kind.DESIGN, Ref("fish"))
+def swim(frequency: float, way: float = 1.0, level: str = "standard", name: str = "fish", ocean: str = TANK) -> Swim:
+    """A swimmer in the ocean at a fidelity, driven by a wave that runs to the tail (`way` 1) or to the head (-1)."""
+    env: Environment = registry.create(Kind.ENV, Ref.parse(ocean))
+    fidelity: Fidelity = env.simulated(registry.create(Kind.FIDELITY, Ref(level)))
+    design: Design = registry.create(Kind.DESIGN, Ref(name))
     body = design.body(fidelity)
     wave = TravellingWave(frequency=frequency, wavelength=way * _WAVELENGTH).placed(muscle_places(body))
     frames = math.ceil(_PERIODS / (frequency * FRAME_SECONDS))
@@ -138,17 +138,17 @@ def swimming_fish(record: CaseRecorder) -> None:
     It goes as far in a period at every frequency, and cannot outrun its wave, which runs by a length in one.
     """
     figure = record.plot("A fish with its own muscles", "time in periods", "way ahead [lengths]")
-    swims = {(level, frequency): _swim(frequency, level=level) for level in _SPREADS for frequency in FREQUENCIES}
-    for (level, frequency), swim in swims.items():
-        _check_swim(record, swim, level, frequency)
-        figure.computed(f"{frequency:g} Hz, {level}", swim.times, np.concatenate([[0.0], swim.strides.cumsum()]))
+    swims = {(level, frequency): swim(frequency, level=level) for level in _SPREADS for frequency in FREQUENCIES}
+    for (level, frequency), found in swims.items():
+        _check_swim(record, found, level, frequency)
+        figure.computed(f"{frequency:g} Hz, {level}", found.times, np.concatenate([[0.0], found.strides.cumsum()]))
     for level, spread in _SPREADS.items():
         strides = [swims[level, frequency].stride for frequency in FREQUENCIES]
         record.at_most(
             f"spread of the lengths per period by their mean, {level}", np.ptp(strides) / np.mean(strides), 0.3,
             shortfall=spread,
         )  # fmt: skip
-    turned = _swim(4.0, -1.0)
+    turned = swim(4.0, -1.0)
     figure.computed("4 Hz, to the head", turned.times, np.concatenate([[0.0], turned.strides.cumsum()]))
     record.within(
         "lengths per period by a wave to the head by that of the other", turned.stride / swims["standard", 4.0].stride,
@@ -156,21 +156,21 @@ def swimming_fish(record: CaseRecorder) -> None:
     )  # fmt: skip
 
 
-def _check_swim(record: CaseRecorder, swim: Swim, level: str, frequency: float) -> None:
+def _check_swim(record: CaseRecorder, found: Swim, level: str, frequency: float) -> None:
     """The bounds of a swim at one frequency; at `draft` not those of the body's shape."""
     at, astray = f"at {frequency:g} Hz, {level}", _TURNS.get((level, frequency))
-    record.within(f"lengths per period {at}", swim.stride, 0.05, _WAVELENGTH)
-    record.at_most(f"turn {at}", abs(swim.turn), _ASTRAY, "degrees", shortfall=astray)
-    record.at_most(f"pitch {at}", abs(swim.pitch), _ASTRAY, "degrees")
-    record.remark(f"{frequency:g} Hz, {level}: {swim.text}")
+    record.within(f"lengths per period {at}", found.stride, 0.05, _WAVELENGTH)
+    record.at_most(f"turn {at}", abs(found.turn), _ASTRAY, "degrees", shortfall=astray)
+    record.at_most(f"pitch {at}", abs(found.pitch), _ASTRAY, "degrees")
+    record.remark(f"{frequency:g} Hz, {level}: {found.text}")
     if level == "draft":
         return
-    change = abs(swim.strides[-1] - swim.strides[-2]) / abs(swim.stride)
+    change = abs(found.strides[-1] - found.strides[-2]) / abs(found.stride)
     record.at_most(f"change from the last period but one to the last {at}", change, 0.5)
-    record.within(f"frequency of the body by that of its muscles {at}", swim.beat, 1 - TOLERANCE, 1 + TOLERANCE)
-    record.within(f"lag of the tail behind the head {at}", swim.phase, math.pi, 3 * math.pi, "rad")
+    record.within(f"frequency of the body by that of its muscles {at}", found.beat, 1 - TOLERANCE, 1 + TOLERANCE)
+    record.within(f"lag of the tail behind the head {at}", found.phase, math.pi, 3 * math.pi, "rad")
     record.at_most(
-        f"amplitude of the head by the tail's {at}", swim.head / swim.tail, _STEADY_HEAD,
+        f"amplitude of the head by the tail's {at}", found.head / found.tail, _STEADY_HEAD,
         shortfall=Shortfall(_RECOIL, _HEADS[frequency]),
     )  # fmt: skip
 
@@ -191,7 +191,7 @@ def _added_mass(level: str, place: float) -> tuple[float, float]:
     body a slice of depth d takes pi d^2 / 4 of water along, a length of it.
     """
     fidelity: Fidelity = registry.create(Kind.FIDELITY, Ref(level))
-    env: Environment = registry.create(Kind.ENV, Ref.parse(_TANK))
+    env: Environment = registry.create(Kind.ENV, Ref.parse(TANK))
     body = registry.create(Kind.DESIGN, Ref("fish")).body(fidelity)
     scene, h, speed = env.scene(body, fidelity), fidelity.grid_spacing, 0.01
     aside = np.array([0.0, 0.0, 1.0])
