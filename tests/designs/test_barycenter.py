@@ -132,6 +132,7 @@ def test_empty_space_near_the_skin_has_a_gradient() -> None:
         assert gradient.abs().max() > 0.0
 
 
+@pytest.mark.slow
 def test_the_level_at_which_a_volume_is_kept() -> None:
     """For volumes from nearly empty to nearly full, with the gradient."""
     field = torch.as_tensor(np.random.default_rng(0).normal(size=40)).requires_grad_()

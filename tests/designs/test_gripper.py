@@ -64,6 +64,7 @@ def test_the_gradient_by_the_channels_of_a_base_is_that_of_differences() -> None
         assert -gradient[place] == pytest.approx((ahead - behind) / (2.0 * width), rel=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("environment", "direction", "what"),
     [

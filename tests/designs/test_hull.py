@@ -49,6 +49,7 @@ def test_a_symmetric_solid_has_a_symmetric_hull() -> None:
     assert abs(sizes * hull.phi @ middles[:, 2]) < 1e-3 * (sizes * hull.phi @ np.abs(middles[:, 2]))
 
 
+@pytest.mark.slow
 def test_hull_of_particles_is_that_of_their_cubes() -> None:
     """Within a twentieth of the volume, as where only particles are known the corners are cut."""
     fish = _fish(STANDARD)

@@ -169,6 +169,7 @@ def test_a_fin_without_thickness_is_refused(tmp_path: Path) -> None:
         design(fish(fins="sheet"), tmp_path / "a.stl").body(DRAFT)
 
 
+@pytest.mark.slow
 def test_a_thin_spike_is_kept(tmp_path: Path) -> None:
     """A spike of 6 mm, 1 mm thick, on a box of 100 mm."""
     box, spike = trimesh.creation.box(extents=(100, 40, 40)), trimesh.creation.box(extents=(10, 1, 1))
@@ -216,6 +217,7 @@ def test_an_imported_fish_can_bend_to_both_sides(tmp_path: Path) -> None:
     assert abs(_curvature(path, "left", "axis")) < 0.05 * right
 
 
+@pytest.mark.slow
 def test_the_file_decides_which_axis_is_up(tmp_path: Path) -> None:
     """A fish along any axes of the file is posed by `up=auto` as it was made."""
     made = design(fish(fins="flat"), tmp_path / "a.stl").body(DRAFT)

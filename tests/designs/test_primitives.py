@@ -80,6 +80,7 @@ def test_the_workspace_is_as_stiff_as_the_stiffest_fin() -> None:
     assert made.tissues(body).stiffness.min() >= 0.25
 
 
+@pytest.mark.slow
 def test_inside_its_skin_a_primitive_is_itself() -> None:
     """Stiffness everywhere, muscles and fibres in muscle, and the sign of the distance."""
     made = primitives()

@@ -168,6 +168,7 @@ def test_a_process_serves_as_long_as_a_new_one_would_begin_with_the_same(
     assert not is_new()
 
 
+@pytest.mark.slow
 def test_an_idle_process_that_is_killed_costs_no_run_an_attempt(tmp_path: Path) -> None:
     """It is found dead before the next run is handed over, or else that goes on in another."""
     path = tmp_path / "zoo.db"

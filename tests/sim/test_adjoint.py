@@ -88,10 +88,10 @@ EPISODES = [
     ("wading", 1e-4, 12, 36),
 ]
 
-DEAR = ("clay", "mud", "snow", "water", "wading")
+DEAR = ("interface", "clay", "mud", "snow", "water", "wading")
 """Scenes whose kernels take long to compile. The adjoints of their laws are checked alone in
 `tests/sim/kernels/test_media_adjoint.py` and `test_drift.py`, sand has all that they have beside it, and the
-conformance suite has a robot that wades."""
+conformance suite has a robot in the desert, whose velocity field is its own."""
 
 
 def _marks(name: str) -> tuple[pytest.MarkDecorator, ...]:

@@ -198,6 +198,7 @@ def test_an_object_stands_on_cubes_of_its_own(edge: float) -> None:
     assert np.abs((places - block.positions)[:, 1]).mean() < 0.02 * H
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", [pytest.param(0.2, marks=pytest.mark.slow), 1.0])
 def test_a_ball_rolls_down_a_slope(friction: float) -> None:
     """With 5/7 of the acceleration of what slides without friction, within 5 %, at 6.4 cells across."""

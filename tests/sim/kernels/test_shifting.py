@@ -109,6 +109,7 @@ def test_adjoint_of_shift_matches_differences(width: int) -> None:
     assert not back[0][..., :3].any()
 
 
+@pytest.mark.slow
 def test_sheets_in_the_middle_of_cells_come_apart() -> None:
     """Water in sheets three cells apart, which pressure cannot separate, leaves them within three tenths of a second.
 

@@ -284,6 +284,7 @@ def test_robot_and_medium_have_transfers_of_their_own(robot: Transfer, medium: T
     scenes.compare_drivers(scenes.medium_scene(), 4, fidelity)
 
 
+@pytest.mark.slow
 @mixtures
 def test_different_transfers_keep_the_common_momentum(robot: Transfer, medium: Transfer) -> None:
     """A robot and a medium that collide in free flight: what a particle keeps, the nodes have not."""

@@ -58,6 +58,7 @@ def test_free_fall_loses_what_its_steps_lose() -> None:
     assert (losses.viscous, losses.plastic) == (0.0, 0.0)
 
 
+@pytest.mark.slow
 def test_friction_takes_what_coulombs_law_says() -> None:
     """A viscous block slides to rest: contact takes mu m g times the way, and hardly anything is unexplained."""
     scene = Scene(block(0.0, (0.5, 0.0, 0.0), viscosity=20.0), (0.0, 0.0, 0.0), UPPER, ground=Ground(0.5))

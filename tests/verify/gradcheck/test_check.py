@@ -39,6 +39,7 @@ def test_a_wrong_gradient_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     assert not any(row.kinks for row in rows)
 
 
+@pytest.mark.slow
 def test_a_body_of_several_tissues_can_be_stiffened() -> None:
     """Differences go a little beyond the stiffest and the lightest tissue: fins twice as stiff as muscle, and fat."""
     case = GradientCase(Ref("ground"), Ref("movement-speed"), Ref("panda"))

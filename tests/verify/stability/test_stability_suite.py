@@ -24,6 +24,7 @@ SHOWN_ELSEWHERE = {
     "lone-sand": "the law of torn sand in tests/sim/kernels/test_media.py",
     "drop-on-snow": "tests/envs/test_strongest_actuation.py, on snow",
     "ice-and-glue": "tests/sim/test_adjoint.py, thrust needs friction",
+    "fast-landing": "landing-beyond-speed-limit",
     "full-strength": "tests/envs/test_strongest_actuation.py",
     "nearly-incompressible": "gravity-column of the validation suite",
 }
