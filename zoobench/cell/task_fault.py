@@ -42,14 +42,16 @@ def _fault(env_ref: Ref, task_ref: Ref, design: Ref, fidelity: Ref, frames: int)
     times = np.arange(frames + 1) * FRAME_SECONDS
     sizes, start = (each[[0, 2]] for each in env.standing_size(frames * FRAME_SECONDS, grid.grid_spacing))
     try:
-        _, body = sampled(design, grid)
-        room = 0.5 * float(np.ptp(body.positions[:, 0]))
         paths = [start + route.positions(times)[:, [0, 2]] for route in routes]
+        if env.follows:  # there is room, whatever the body, which takes up to a second to sample
+            return ""
+        _, body = sampled(design, grid)
     except SceneError:
         return ""
     except UsageError as error:
         return str(error)
-    for places in [] if env.follows else paths:
+    room = 0.5 * float(np.ptp(body.positions[:, 0]))
+    for places in paths:
         outside = ((places < room - _ROUNDING) | (places > sizes - room + _ROUNDING)).any(axis=1)
         if outside.any():
             first = int(outside.argmax())
