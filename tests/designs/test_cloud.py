@@ -184,7 +184,7 @@ def painted(path: Path, *, packed: bool = True, scattered: bool = False) -> Clou
     return CloudDesign(path=InputFile(path), length=0.09)
 
 
-@pytest.mark.parametrize(("packed", "scattered"), [(True, False), (False, True)])
+@pytest.mark.parametrize(("packed", "scattered"), [(True, False), pytest.param(False, True, marks=pytest.mark.slow)])
 def test_the_colours_of_an_annotated_cloud_are_muscles(packed: bool, scattered: bool, tmp_path: Path) -> None:
     """In the order of red, green, blue; black is passive; fibres run along each part, in one leg of a pair."""
     body = painted(tmp_path / "a.pcd", packed=packed, scattered=scattered).body(PAPER)
@@ -251,7 +251,7 @@ def test_a_face_centred_lattice_is_solid(tmp_path: Path) -> None:
     assert mass(loaded(tmp_path / "a.npz", sites)) == pytest.approx(len(sites) * 2 * 0.064)
 
 
-@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("turned", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_scattered_points_have_the_volume_between_them(turned: bool, tmp_path: Path) -> None:
     """20,000 at random in a box of 81 ml, along the axes or across them, within 4 %, with a word."""
     rng = np.random.default_rng(0)
@@ -269,6 +269,7 @@ def test_coarse_numbers_are_no_lattice(tmp_path: Path) -> None:
     assert mass(loaded(tmp_path / "a.npz", points)) == pytest.approx(81.0, rel=0.06)
 
 
+@pytest.mark.slow  # the next refuses the same of a lattice
 def test_points_on_a_surface_are_too_thin(tmp_path: Path) -> None:
     """Of a sphere: there is nothing within."""
     points = np.random.default_rng(0).normal(size=(20_000, 3))

@@ -53,6 +53,7 @@ def test_a_base_moves_as_its_channels_say() -> None:
     np.testing.assert_allclose(moved, np.broadcast_to(expected, moved.shape), atol=1e-12)
 
 
+@pytest.mark.slow  # the conformance suite has its gradient without a ball
 def test_the_gradient_by_the_channels_of_a_base_is_that_of_differences() -> None:
     """Of a ball that it pushes along."""
     problem, parameters = _with_ball("push", 16)

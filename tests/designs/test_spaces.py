@@ -28,7 +28,7 @@ PARTIAL = ["voxel[optimise=geometry]", "implicit[optimise=muscles]", "sdf-lerp[o
 """Spaces with one part optimised; `test_parts.py` has all combinations."""
 every_part = pytest.mark.parametrize("name", [*SPACES, *PARTIAL])
 DEAR = "barycenter"
-"""Its map is a transport, which is tested alone in `test_barycenter.py`; gradients are compared of it here, too."""
+"""Its map is a transport, which is tested alone in `test_barycenter.py`, and its gradient in `test_mixture.py`."""
 every_cheap_space, every_cheap_part = (
     pytest.mark.parametrize(
         "name", [pytest.param(name, marks=pytest.mark.slow if name == DEAR else ()) for name in names]
@@ -142,7 +142,7 @@ def test_the_published_settings_can_change_geometry(name: str) -> None:
     assert changed.sum() >= 0.2 * solid.sum()
 
 
-@every_part
+@every_cheap_part
 def test_gradients_agree_with_differences(name: str) -> None:
     """Of all outputs, in random directions, against central differences."""
     space = made(name)
