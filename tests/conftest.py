@@ -29,6 +29,9 @@ _WITH = {
     "test_advection.py": "cell",
     "test_immersed.py": "cell",
     "test_stored_gait.py": "cell",
+    "test_repetition.py": "cell",
+    "test_probe.py": "cell",
+    "test_external.py": "cell",
     "test_energy_audit.py": "sim",
     "test_cpp_reference.py": "sim",
 }

@@ -36,6 +36,7 @@ def test_runs_are_done_once_and_their_results_are_a_frame(db: Path, capsys: pyte
     assert scores.groupby("env.friction")["value"].last().tolist() == found["score"].tolist()
 
 
+@pytest.mark.slow
 def test_a_solution_is_evaluated_elsewhere_and_filmed(db: Path, tmp_path: Path) -> None:
     """At home its score comes out to the last bit."""
     (run,) = zoobench.run("ground", seeds=[4], budget="2 episodes", db=db, **SETTINGS).itertuples()  # type: ignore[arg-type]

@@ -4,6 +4,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 LOADED = """
 import gc, sys
 from zoobench.cell.loading import load_simulator
@@ -41,6 +43,7 @@ from scipy.stats import chi2
 """
 
 
+@pytest.mark.slow
 def test_a_run_loads_what_it_needs() -> None:
     """The simulator, hidden from the garbage collector, which is at work afterwards as before, on what the run makes.
 

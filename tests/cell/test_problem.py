@@ -175,7 +175,7 @@ def test_parameters_that_cannot_be_used_are_refused() -> None:
 
 def test_what_is_watched_is_what_is_simulated() -> None:
     """The robot's particles come first, at the positions of the motion; watching changes no number."""
-    problem = Problem(cell(environment="desert"))
+    problem = Problem(cell(environment="desert", fidelity=DOUBLE))
     (draw,) = _draws(problem, 1)
     seen: list[np.ndarray] = []
 

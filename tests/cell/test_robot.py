@@ -116,7 +116,9 @@ def test_stiffness_is_a_share_of_the_workspaces() -> None:
     np.testing.assert_allclose(solid.stiffness, 2.0 * form.stiffness[0].numpy()[built])
 
 
-@pytest.mark.parametrize("env", ["ground", POND], ids=["land", "water"])
+@pytest.mark.parametrize(
+    "env", [pytest.param("ground", id="land"), pytest.param(POND, id="water", marks=pytest.mark.slow)]
+)
 def test_the_scored_body_is_the_one_that_is_shown(env: str) -> None:
     """The formed body as a fixed design has the score of the solution, bit for bit; equilibration is counted apart."""
     problem = Problem(cell(environment=env, design="voxel", frames=4, fidelity=DOUBLE))
@@ -173,12 +175,12 @@ def test_a_run_whose_designs_all_fail_says_why() -> None:
 @pytest.mark.parametrize(
     "names",
     [
-        {"controller": "sine-feedback"},
-        {"design": "voxel"},
-        # in the precision whose kernels other tests compile, too
-        {"design": "voxel", "environment": POND, "fidelity": DOUBLE},
+        pytest.param({"controller": "sine-feedback"}, id="feedback"),
+        pytest.param({"design": "voxel"}, id="bodies"),
+        pytest.param(
+            {"design": "voxel", "environment": POND, "fidelity": DOUBLE}, id="bodies in water", marks=pytest.mark.slow
+        ),
     ],
-    ids=["feedback", "bodies", "bodies in water"],
 )
 def test_worlds_do_not_disturb_each_other(names: dict[str, str]) -> None:
     """Scores and gradients of robots side by side are those of each robot alone, bit for bit."""

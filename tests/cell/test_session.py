@@ -141,6 +141,7 @@ def test_a_lead_in_moves_no_other_world() -> None:
     assert told[0][1] == told[1][1]
 
 
+@pytest.mark.slow
 def test_an_episode_is_as_near_to_a_wall_as_the_problem_says() -> None:
     """The reading of an episode that reached its length is that of a whole one, where the tank has walls."""
     problem = Problem(cell(environment="shallow-water[length=0.25,width=0.15]", frames=3))

@@ -122,6 +122,7 @@ def test_show_a_design_gives_its_card(zoobench: Command) -> None:
         assert fact in text
 
 
+@pytest.mark.slow
 def test_show_draws_a_design(zoobench: Command) -> None:
     """A picture in colour of the caterpillar, which only a design has."""
     needs_drawing()

@@ -45,6 +45,7 @@ def test_a_solution_is_tried_elsewhere_and_kept(zoobench: Command, score: float)
     assert [line["mean"] for line in matrix if line["n"] == 1] == [rows[place]["score"] for place in (0, 2, 1, 3)]
 
 
+@pytest.mark.slow
 def test_variants_of_an_environment_are_told_apart(zoobench: Command, score: float) -> None:
     """And those of a fidelity: as much of a name as differs stands in every row, and numbers are numbers."""
     envs = "ground[youngs_modulus=2e4],ground[youngs_modulus=5e3]"

@@ -41,6 +41,13 @@ LISTINGS = (
     ("verify", "accuracy", "show", "--published", "--env", "ground", "--table", "levels"),
     ("leaderboard", "show", "laptop"),
 )
+EACH_LISTING = pytest.mark.parametrize(
+    "words",
+    [
+        pytest.param(words, id=" ".join(words), marks=pytest.mark.slow if words[0] == "leaderboard" else ())
+        for words in LISTINGS
+    ],
+)
 _WORDS = {
     "about", "command", "components", "detail", "external", "note", "provenance", "provisional", "reason", "spec",
     "summary", "superseded", "undecided", "walls", "without_it", "cells",
@@ -50,9 +57,15 @@ _NUMBER_IN_TEXT = re.compile(r"±|\d ?%|^-?\d+(\.\d+)?$|(^|\s)\d+(\.\d+)? (m/s|m
 
 
 @pytest.fixture
-def odd(tmp_path: Path) -> Path:
+def odd(odd_database: Path, tmp_path: Path) -> Path:
+    """The odd database, in the present folder."""
+    return Path(shutil.copy(odd_database, tmp_path / "zoobench.db"))
+
+
+@pytest.fixture(scope="module")
+def odd_database(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A database of somebody with names that would do more than stand there: methods, finals, units and reasons."""
-    path = tmp_path / "zoobench.db"
+    path = tmp_path_factory.mktemp("odd") / "zoobench.db"
     method = Ref(ODD, 1, (("lr", 0.1), ("text", ODD)))
     with Store(path) as store:
         for seed in range(3):
@@ -94,7 +107,7 @@ def lists_of(value: Any) -> Iterator[list[Any]]:
         yield from lists_of(item)
 
 
-@pytest.mark.parametrize("words", LISTINGS, ids=" ".join)
+@EACH_LISTING
 def test_programs_get_rows_that_differ_and_numbers_as_numbers(
     zoobench: Command, odd: Path, words: tuple[str, ...]
 ) -> None:
@@ -120,13 +133,12 @@ def test_programs_get_rows_that_differ_and_numbers_as_numbers(
             assert is_free or not _NUMBER_IN_TEXT.search(text), (name, text)
 
 
-@pytest.mark.parametrize("words", LISTINGS, ids=" ".join)
+@EACH_LISTING
 def test_names_of_others_do_nothing(zoobench: Command, odd: Path, words: tuple[str, ...]) -> None:
     """On a terminal, in Markdown and in LaTeX, in cells and headings and titles; people's rows differ, too."""
-    shown = zoobench(*words).out
-    for text in (shown, zoobench(*words, "--format", "latex").out):
+    shown, latex = zoobench(*words).out, zoobench(*words, "--format", "latex").out
+    for text in (shown, latex):
         assert all(sign.isprintable() or sign == "\n" for sign in text)
-    latex = zoobench(*words, "--format", "latex").out
     code = "\n".join(line for line in latex.splitlines() if not line.startswith("%"))
     assert "<" not in code
     assert not re.search(r"(?<!\\)#", code)

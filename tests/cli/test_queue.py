@@ -48,6 +48,7 @@ def test_runs_are_queued_and_a_worker_does_them(
     assert zoobench("run", *CELL, "--no-wait", "--memory", "2GB").code == 2
 
 
+@pytest.mark.slow
 def test_a_worker_with_a_failed_run_ends_with_1(zoobench: Command, pretend_to_work: Callable[[str], None]) -> None:
     """As `run` does."""
     pretend_to_work("fail")

@@ -61,6 +61,7 @@ def test_a_strip_that_cannot_be_drawn_is_refused(
     assert not list(tmp_path.glob("run.*"))
 
 
+@pytest.mark.slow
 def test_a_gait_is_drawn(zoobench: Command, tmp_path: Path) -> None:
     """From the parameters that are stored."""
     needs_drawing()

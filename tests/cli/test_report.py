@@ -40,6 +40,7 @@ def test_a_database_becomes_a_page(zoobench: Command, database: Path, tmp_path: 
     assert "77" not in text.partition('id="charts"')[0].partition("<main>")[2].partition("Origin")[0]
 
 
+@pytest.mark.slow
 def test_the_best_robots_are_shown(zoobench: Command, tmp_path: Path) -> None:
     """A film of the first and a still of the second; a robot that cannot be simulated again is left out."""
     needs_drawing()
@@ -122,3 +123,5 @@ def test_what_cannot_be_is_said(zoobench: Command, database: Path, words: tuple[
     reply = zoobench("report", *words)
     assert reply.code == 2
     assert why in reply.err
+    assert "Errno" not in reply.err
+    assert ".part" not in reply.err

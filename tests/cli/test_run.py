@@ -40,15 +40,20 @@ def states(path: Path) -> list[RunState]:
 def test_run_tells_its_plan_and_ends_with_the_next_command(
     zoobench: Command, tmp_path: Path, pretend: Callable[..., None]
 ) -> None:
-    """New, done and skipped are counted, nothing goes to standard output, and the last line can be typed."""
+    """New, done and skipped are counted, nothing goes to standard output, and the last line can be typed.
+
+    Typed again, the same command has nothing to do; one more seed is one more run.
+    """
     pretend()
-    reply = zoobench("run", *CELL)
+    reply = zoobench("run", *CELL, "-j", "1")
     assert (reply.code, reply.out) == (0, "")
     lines = reply.err.splitlines()
     assert lines[0] == "2 new, 0 done already, 0 skipped"
     assert any(line.startswith("[2/2] done ") and ", score " in line for line in lines)
     assert lines[-1] == "Next: zoobench table"
     assert states(tmp_path / "zoobench.db") == [RunState.DONE, RunState.DONE]
+    assert "0 new, 2 done already" in zoobench("run", *CELL).err
+    assert "1 new, 2 done already" in zoobench("run", *CELL, "--seeds", "3", "--no-wait").err
 
 
 def test_a_policy_for_a_design_space_is_refused_in_the_plan(zoobench: Command, tmp_path: Path) -> None:
@@ -120,14 +125,6 @@ def test_water_on_a_grid_is_not_for_a_gpu(zoobench: Command) -> None:
     assert "full of it" not in zoobench("run", "--dry-run", "--env", "ocean[water=particles]", *words).err
 
 
-def test_a_finished_run_is_not_done_twice(zoobench: Command, pretend: Callable[..., None]) -> None:
-    """Typed again, the same command has nothing to do; one more seed is one more run."""
-    pretend()
-    zoobench("run", *CELL)
-    assert "0 new, 2 done already" in zoobench("run", *CELL).err
-    assert "1 new, 2 done already" in zoobench("run", *CELL, "--seeds", "3").err
-
-
 def test_a_failed_run_gives_exit_code_1_and_is_repeated_only_on_demand(
     zoobench: Command, tmp_path: Path, pretend: Callable[..., None]
 ) -> None:
@@ -147,18 +144,23 @@ def test_a_failed_run_gives_exit_code_1_and_is_repeated_only_on_demand(
 
 
 def test_rerun_does_a_finished_run_again(zoobench: Command, tmp_path: Path, pretend: Callable[..., None]) -> None:
-    """The earlier attempt stays on record, and the numbers are the same."""
+    """The earlier attempt stays on record, and the numbers are the same.
+
+    The hint names another database; after a smoke run it leads to the results, since tables do not show them.
+    """
     pretend()
-    zoobench("run", *CELL, "--seeds", "1")
-    with Store(tmp_path / "zoobench.db") as store:
+    elsewhere = ("--seeds", "1", "--smoke", "--db", "my runs.db")
+    reply = zoobench("run", *CELL, *elsewhere)
+    assert reply.err.splitlines()[-1] == "Next: zoobench results --db 'my runs.db'"
+    with Store(tmp_path / "my runs.db") as store:
         before = store.finals(1)
-    reply = zoobench("run", *CELL, "--seeds", "1", "--rerun", "rand*")
+    reply = zoobench("run", *CELL, *elsewhere, "--rerun", "rand*")
     assert reply.code == 0
     assert "1 to be repeated" in reply.err
-    with Store(tmp_path / "zoobench.db") as store:
+    with Store(tmp_path / "my runs.db") as store:
         assert [attempt.outcome for attempt in store.attempts(1)] == [RunState.DONE, RunState.DONE]
         assert store.finals(1) == before
-    assert "none of the finished runs" in zoobench("run", *CELL, "--seeds", "1", "--rerun", "nothing").err
+    assert "none of the finished runs" in zoobench("run", *CELL, *elsewhere, "--rerun", "nothing").err
 
 
 def test_the_time_limit_ends_a_run_as_a_timeout(
@@ -171,13 +173,7 @@ def test_the_time_limit_ends_a_run_as_a_timeout(
     assert states(tmp_path / "zoobench.db") == [RunState.TIMEOUT]
 
 
-def test_another_database_is_named_in_the_next_command(zoobench: Command, pretend: Callable[..., None]) -> None:
-    """The hint works as it stands; after a smoke run it leads to the results, since tables do not show them."""
-    pretend()
-    reply = zoobench("run", *CELL, "--smoke", "--db", "my runs.db")
-    assert reply.err.splitlines()[-1] == "Next: zoobench results --db 'my runs.db'"
-
-
+@pytest.mark.slow
 def test_an_interrupted_run_says_how_to_go_on(
     zoobench: Command, tmp_path: Path, pretend: Callable[..., None], ctrl_c: None
 ) -> None:

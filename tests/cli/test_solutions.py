@@ -79,6 +79,7 @@ def test_earlier_bodies_are_not_published(zoobench: Command) -> None:
     assert "zoobench run --env" in reply.err
 
 
+@pytest.mark.slow
 def test_a_run_starts_from_it(zoobench: Command) -> None:
     """In a database that is new; its settings name the run by its key."""
     words = ("--env", "ground", "--task", "movement-speed", "--design", "block", "--controller", "sine-basis")

@@ -78,6 +78,7 @@ def test_numbers_become_keys(zoobench: Command, database: Path) -> None:
     assert "The gait of block drives the muscles of sdf-lerp in their order" in reply.err or reply.code == 2
 
 
+@pytest.mark.slow
 def test_a_run_with_a_stored_gait_and_body_can_be_done_shown_filmed_and_tried(
     zoobench: Command, database: Path, tmp_path: Path
 ) -> None:

@@ -188,6 +188,7 @@ def test_a_missing_extra_is_named_before_anything_is_built(zoobench: Command, mo
     assert "pip install 'zoobench[watch]'" in reply.err
 
 
+@pytest.mark.slow
 def test_it_serves_until_ctrl_c(tmp_path: Path) -> None:
     """The whole command: its page is there, and it ends with exit code 0."""
     words = [sys.executable, "-m", "zoobench", "watch", "--port", "0", "--fidelity", "smoke"]

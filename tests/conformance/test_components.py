@@ -36,25 +36,26 @@ CONTROLLERS = [name for name in CONTROLLERS if not registry.get(Kind.CONTROLLER,
 METHODS = [name for name in METHODS if not registry.get(Kind.METHOD, name).required]
 
 
-SHOWN_ELSEWHERE = ("clay", "snow", "wetland")
-"""Beds whose kernels take ten seconds to compile. They are simulated in `tests/envs`; adjoints of their media are
-checked in `tests/sim/kernels/test_media_adjoint.py`, and those of a robot in a bed, of which a part sleeps, in the
-desert here."""
+SHOWN_ELSEWHERE = ("clay", "snow", "wetland", "shallow-water")
+"""Media whose kernels take ten seconds to compile. They are simulated in `tests/envs`; their adjoints are checked in
+`tests/sim/kernels/test_media_adjoint.py` and `test_drift.py`, and those of a robot in a bed, of which a part sleeps, in
+the desert here."""
 
 
 def _is_fast(env: str, task: str, design: str) -> bool:
     """The caterpillar everywhere and in every task, but not all pairs; any other body once.
 
-    Bodies move on land, or in the pond below if they belong into water; the caterpillar wades in the tank below. Of the
-    tasks with an object the two whose objectives have the most in them. All of the product is for `-m slow`.
+    Bodies move on land, or in the pond below if they belong into water. Of the tasks with an object the two whose
+    objectives have the most in them. All of the product is for `-m slow`.
     """
     if registry.get(Kind.TASK, task.partition("[")[0]).needs_object:
         return task in ("push-to", "topple") and design == "caterpillar" and env == WITH_OBJECT
-    if env in (*SHOWN_ELSEWHERE, "shallow-water"):
+    if env in SHOWN_ELSEWHERE:
         return False
     if design == "caterpillar":
-        return task == "movement-speed" or env in ("ground", "ocean")
-    return task == "movement-speed" and env == "ground" and design not in SWIMMERS
+        return task == "movement-speed" or env == "ground"
+    # the arm has the most particles
+    return task == "movement-speed" and env == "ground" and design not in (*SWIMMERS, "arm")
 
 
 def _possible(env: str, task: str) -> list[str]:
@@ -75,15 +76,19 @@ CELLS += [
     pytest.param(POND, "movement-speed", name, id=f"pond-movement-speed-{name}")
     for name in (*SWIMMERS, "voxel")  # and a design space in water
 ]
-CELLS += [
-    pytest.param(SEA, "movement-speed", name, id=f"sea-movement-speed-{name}", marks=marks)
-    # the surface of a relaxed body jumps with its shape, and a gradient holds it
-    for name, marks in [("orca", ()), *((name, pytest.mark.slow) for name in BODIES if name != "orca")]
-]
 CELLS.append(pytest.param(SEA, MIXTURE, "fish", id="sea-mix-fish"))
-CELLS.append(pytest.param(TANK, "movement-speed", "caterpillar", id="tank-movement-speed-caterpillar"))
 THROWN = "ground[object=box,object_gap=0.005,object_speed=0.6]"
-CELLS.append(pytest.param(THROWN, "catch", "caterpillar", id="thrown-catch-caterpillar", marks=pytest.mark.slow))
+CELLS += [
+    pytest.param(place, task, name, id=f"{word}-{task}-{name}", marks=pytest.mark.slow)
+    for word, place, task, names in (
+        # gradients through forces on a surface are in tests/sim/test_surface_water.py; the surface of a relaxed body
+        # jumps with its shape, and a gradient holds it
+        ("sea", SEA, "movement-speed", BODIES),
+        ("tank", TANK, "movement-speed", ["caterpillar"]),
+        ("thrown", THROWN, "catch", ["caterpillar"]),
+    )
+    for name in names
+]
 ALL = [(kind, name) for kind in Kind for name in registry.names(kind)]
 
 
@@ -118,7 +123,11 @@ def test_a_fidelity_is_what_it_says(name: str) -> None:
     assert (fidelity.precision, fidelity.grid_spacing, fidelity.courant) == (64, 0.01, 0.3)
 
 
-@pytest.mark.parametrize("name", DESIGNS)
+@pytest.mark.parametrize(
+    # on the ground they are those with the most particles; tests/designs/test_animals.py has their muscles
+    "name",
+    [pytest.param(name, marks=pytest.mark.slow if name in ("baby-seal", "panda") else ()) for name in DESIGNS],
+)
 def test_a_body_is_whole(name: str) -> None:
     """It stands on its ground point, muscles are named and used, head and tail exist, mass is that of a finer body."""
     check_body(name)
@@ -179,8 +188,11 @@ right. A thousandth of what trained gaits reach."""
 
 
 def _idles(env: str, design: str) -> bool:
-    """Every body on the ground; in the desert and in water the caterpillar, beside the voxels in little below."""
-    return env == "ground" or (design == "caterpillar" and env not in BEDS[1:])
+    """Given bodies and one that is drawn on the ground, the caterpillar on ice.
+
+    `tests/envs/test_rest.py` has every environment at rest.
+    """
+    return (env == "ground" and (design in BODIES or design == "voxel")) or (env == "ice" and design == "caterpillar")
 
 
 @pytest.mark.parametrize(
@@ -190,9 +202,10 @@ def _idles(env: str, design: str) -> bool:
             pytest.param(*names, marks=() if _idles(*names) else pytest.mark.slow)
             for names in itertools.product(ENVS, DESIGNS)
         ),
-        pytest.param(POND, "voxel", id="pond-voxel"),
-        pytest.param(SEA, "fish", id="sea-fish"),
-        pytest.param(SEA, "voxel", id="sea-voxel"),
+        # in water kernels of this precision would be compiled for these alone
+        pytest.param(POND, "voxel", id="pond-voxel", marks=pytest.mark.slow),
+        pytest.param(SEA, "fish", id="sea-fish", marks=pytest.mark.slow),
+        pytest.param(SEA, "voxel", id="sea-voxel", marks=pytest.mark.slow),
         pytest.param(TANK, "voxel", id="tank-voxel", marks=pytest.mark.slow),
     ],
 )
@@ -216,7 +229,7 @@ def test_a_method_solves_a_real_cell_within_its_budget(name: str) -> None:
 
 
 @pytest.mark.usefixtures("soon_at_rest")
-@pytest.mark.parametrize("env", ["ground", "ocean"])
+@pytest.mark.parametrize("env", ["ground", pytest.param("ocean", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", [name for name in CONTROLLERS if name != "sine-basis"])
 def test_the_gradient_matches_differences_for_every_controller(env: str, name: str) -> None:
     """In double precision, along a random direction; the sine basis is in every cell above."""

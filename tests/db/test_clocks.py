@@ -37,7 +37,7 @@ def _claim(store: Store, owner: Owner) -> Claim:
 
 
 @pytest.mark.parametrize("jumps", JUMPS)
-@pytest.mark.parametrize("renews", [1.0, 5.0])
+@pytest.mark.parametrize("renews", [pytest.param(1.0, marks=pytest.mark.slow), 5.0])
 def test_a_clock_that_is_set_loses_nobody(store: Store, clock: FakeClock, jumps: list[float], renews: float) -> None:
     """Neither who is seen here nor who renews a lease elsewhere; and durations are those that have passed."""
     here, there = _claim(store, ME), _claim(store, ELSEWHERE)

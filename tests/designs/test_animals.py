@@ -81,7 +81,9 @@ def test_left_and_right_are_mirror_images(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("fidelity", [SMOKE, DRAFT, PAPER])
+@pytest.mark.parametrize(
+    "fidelity", [DRAFT, *(pytest.param(fidelity, marks=pytest.mark.slow) for fidelity in (SMOKE, PAPER))]
+)
 def test_it_is_one_piece_with_every_muscle(name: str, fidelity: Fidelity) -> None:
     """Connected over faces and edges of the lattice; every muscle has more than 1 % of the particles."""
     body = body_of(name, fidelity)
@@ -125,7 +127,7 @@ def test_it_weighs_what_muscle_weighs(name: str) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_tissues_differ(name: str) -> None:
     """Some matter is passive; stiffness is within the range allowed by the time step."""
-    body = body_of(name, PAPER)
+    body = body_of(name, DRAFT)
     active = body.muscle_membership.sum(axis=1)
     assert np.average(1.0 - active, weights=body.volumes) > 0.05
     assert (active > 1.0 - 1e-9).mean() > 0.3

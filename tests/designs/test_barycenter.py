@@ -45,7 +45,7 @@ def test_fibres_are_ahead() -> None:
 
 
 @pytest.mark.parametrize(("cells", "least"), [(64, 0.88), pytest.param(128, 0.95, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("end", range(COUNT))
+@pytest.mark.parametrize("end", [0, *(pytest.param(end, marks=pytest.mark.slow) for end in range(1, COUNT))])
 def test_an_end_of_the_simplex_is_a_primitive(end: int, cells: int, least: float) -> None:
     """Nearly all of its particles and few others, its tissues and its volume."""
     body = workspace(cells)
@@ -72,6 +72,7 @@ def test_volume_is_kept_between_primitives(cells: int) -> None:
             assert ((occupancy > 0.5) * body.volumes).sum() == pytest.approx(weights @ volumes, rel=0.05)
 
 
+@pytest.mark.slow
 def test_space_is_empty_or_full() -> None:
     """Few particles have an intermediate occupancy: up to 1.25 times those of the primitives by SDF-Lerp."""
 
@@ -131,6 +132,7 @@ def test_empty_space_near_the_skin_has_a_gradient() -> None:
         assert gradient.abs().max() > 0.0
 
 
+@pytest.mark.slow
 def test_the_level_at_which_a_volume_is_kept() -> None:
     """For volumes from nearly empty to nearly full, with the gradient."""
     field = torch.as_tensor(np.random.default_rng(0).normal(size=40)).requires_grad_()

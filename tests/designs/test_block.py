@@ -9,7 +9,7 @@ from zoobench.sim.model.fidelity import PARTICLES_PER_CELL, Fidelity
 
 
 @pytest.mark.parametrize("particles_per_cell", PARTICLES_PER_CELL)
-@pytest.mark.parametrize("spacing", [1 / 32, 1 / 64, 1 / 100])
+@pytest.mark.parametrize("spacing", [1 / 32, 1 / 64, pytest.param(1 / 100, marks=pytest.mark.slow)])
 def test_it_weighs_what_its_box_holds(spacing: float, particles_per_cell: int) -> None:
     """Length times width times height on every lattice, also if the edges are no multiple of the spacing."""
     for block, volume in ((Block(), 2.5e-4), (Block(length=0.0837, width=0.0419, height=0.0523), 1.834107e-4)):
@@ -38,7 +38,7 @@ def test_its_muscles_are_named_from_the_tail() -> None:
 def test_a_muscle_is_where_its_name_says(rows: int, columns: int, layers: int) -> None:
     """Shares sum up to 1, and the names agree with the sides."""
     block = Block(rows=rows, columns=columns, layers=layers)
-    body = block.body(Fidelity(1 / 96))
+    body = block.body(Fidelity(1 / 64))
     np.testing.assert_allclose(body.muscle_membership.sum(axis=1), 1.0, atol=1e-12)
     for muscle, share in zip(body.muscles, body.muscle_membership.T, strict=True):
         x, y, z = body.positions[share > 0.6].T

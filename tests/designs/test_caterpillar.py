@@ -21,7 +21,9 @@ def _true_volume() -> float:
     return float(Caterpillar().shape.inside(lattice).sum() * 0.0004**3)
 
 
-@pytest.mark.parametrize("spacing", [1 / 40, 1 / 64, 1 / 100, 1 / 128])
+@pytest.mark.parametrize(
+    "spacing", [1 / 40, 1 / 64, *(pytest.param(1 / n, marks=pytest.mark.slow) for n in (100, 128))]
+)
 @pytest.mark.parametrize("particles_per_cell", [1, 4, 8, 27])
 def test_the_mass_does_not_depend_on_the_sampling(spacing: float, particles_per_cell: int) -> None:
     """Density times true volume within 1 %, against a finer count than the design's own."""

@@ -41,6 +41,7 @@ def _with_ball(task: str, frames: int) -> tuple[Problem, Array]:
     return problem, parameters
 
 
+@pytest.mark.slow
 def test_a_base_moves_as_its_channels_say() -> None:
     """Whatever its fingers push against: speed times activity, in every frame."""
     problem, parameters = _with_ball("lift", 10)
@@ -63,6 +64,7 @@ def test_the_gradient_by_the_channels_of_a_base_is_that_of_differences() -> None
         assert -gradient[place] == pytest.approx((ahead - behind) / (2.0 * width), rel=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("environment", "direction", "what"),
     [

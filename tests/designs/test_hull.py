@@ -32,6 +32,7 @@ def test_hull_of_a_solid_is_closed_and_has_its_volume() -> None:
     assert 0.7 * TRIANGLES < len(hull.triangles) < 1.5 * TRIANGLES
 
 
+@pytest.mark.slow
 def test_hull_of_a_solid_does_not_depend_on_the_grid() -> None:
     """It is that of the drawing; a body's box is measured on each grid, by which its cubes differ a little."""
     draft, standard = hull_of(_fish(DRAFT)), hull_of(_fish(STANDARD))
@@ -48,6 +49,7 @@ def test_a_symmetric_solid_has_a_symmetric_hull() -> None:
     assert abs(sizes * hull.phi @ middles[:, 2]) < 1e-3 * (sizes * hull.phi @ np.abs(middles[:, 2]))
 
 
+@pytest.mark.slow
 def test_hull_of_particles_is_that_of_their_cubes() -> None:
     """Within a twentieth of the volume, as where only particles are known the corners are cut."""
     fish = _fish(STANDARD)

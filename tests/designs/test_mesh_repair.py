@@ -69,7 +69,8 @@ def test_a_wall_inside_does_not_open_a_surface(tmp_path: Path) -> None:
     assert loaded(inner, tmp_path / "a.ply").mesh.volume() == pytest.approx(mesh.volume, rel=1e-3)
 
 
-@pytest.mark.parametrize("gap", [pytest.param(0.05, marks=pytest.mark.slow), 0.5])
+@pytest.mark.slow
+@pytest.mark.parametrize("gap", [0.05, 0.5])
 def test_patches_that_do_not_meet_are_filled_with_voxels(gap: float, tmp_path: Path) -> None:
     """The six sides of a box of 100 x 50 x 50, each for itself and a little apart: the volume is right within 2 %."""
     pytest.importorskip("skimage")
@@ -106,7 +107,7 @@ def test_corners_that_cannot_be_told_apart_are_refused(place: tuple[float, float
         loaded(mesh, tmp_path / "a.obj")
 
 
-@pytest.mark.parametrize("kind", ["triangle", "fan", "square"])
+@pytest.mark.parametrize("kind", ["triangle", pytest.param("fan", marks=pytest.mark.slow), "square"])
 def test_what_encloses_nothing_is_refused(kind: str, tmp_path: Path) -> None:
     """One triangle, three on one edge, a flat square."""
     corners, faces = {
@@ -118,6 +119,7 @@ def test_what_encloses_nothing_is_refused(kind: str, tmp_path: Path) -> None:
         loaded(trimesh.Trimesh(corners, faces), tmp_path / "a.ply")
 
 
+@pytest.mark.slow
 def test_a_heap_of_triangles_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Triangles at random enclose cells between them, but most have nothing behind them."""
     pytest.importorskip("skimage")

@@ -38,7 +38,11 @@ def test_it_is_a_design_space(space: Mixture) -> None:
 
 
 @pytest.mark.parametrize(
-    "space", [sdf_lerp(), barycenter_space(primitives="orca+tuna")], ids=["sdf-lerp", "barycenter"]
+    "space",
+    [
+        pytest.param(sdf_lerp(), id="sdf-lerp"),
+        pytest.param(barycenter_space(primitives="orca+tuna"), id="barycenter", marks=pytest.mark.slow),
+    ],
 )
 @pytest.mark.usefixtures("few_iterations")
 def test_the_gradient_is_right(space: Mixture) -> None:

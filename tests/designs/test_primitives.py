@@ -24,7 +24,13 @@ def primitives(names: str = DEFAULT_PRIMITIVES, length: float = SWIMMER_LENGTH) 
     return Primitives(names, length)
 
 
-@pytest.mark.parametrize("names", [DEFAULT_PRIMITIVES, "orca+panda", "baby-seal+fish+shark"])
+@pytest.mark.parametrize(
+    "names",
+    [
+        DEFAULT_PRIMITIVES,
+        *(pytest.param(names, marks=pytest.mark.slow) for names in ("orca+panda", "baby-seal+fish+shark")),
+    ],
+)
 def test_the_workspace_holds_every_primitive_with_room_to_spare(names: str) -> None:
     """It has particles beyond every primitive in every direction."""
     made = primitives(names)
@@ -40,7 +46,10 @@ def test_the_workspace_holds_every_primitive_with_room_to_spare(names: str) -> N
         assert (own.min(axis=0)[[0, 2]] > body.positions.min(axis=0)[[0, 2]]).all()
 
 
-@pytest.mark.parametrize("names", [DEFAULT_PRIMITIVES, "orca+panda", "baby-seal+panda"])
+@pytest.mark.parametrize(
+    "names",
+    [DEFAULT_PRIMITIVES, *(pytest.param(names, marks=pytest.mark.slow) for names in ("orca+panda", "baby-seal+panda"))],
+)
 def test_the_workspace_fills_its_box_at_every_fidelity(names: str) -> None:
     """With equal particles in whole cells, the fewest that hold the box; an even number of them across the middle."""
     made = primitives(names)
@@ -71,6 +80,7 @@ def test_the_workspace_is_as_stiff_as_the_stiffest_fin() -> None:
     assert made.tissues(body).stiffness.min() >= 0.25
 
 
+@pytest.mark.slow
 def test_inside_its_skin_a_primitive_is_itself() -> None:
     """Stiffness everywhere, muscles and fibres in muscle, and the sign of the distance."""
     made = primitives()
@@ -87,6 +97,7 @@ def test_inside_its_skin_a_primitive_is_itself() -> None:
         np.testing.assert_allclose(tissues.fibres[n][muscled], animal.fibres(body.positions[muscled]), atol=1e-9)
 
 
+@pytest.mark.slow
 def test_outside_its_skin_a_primitive_is_what_its_nearest_point_is() -> None:
     """Against brute force among the particles of a fine body, of a primitive that bends up and down and one sideways.
 

@@ -27,6 +27,14 @@ every_space = pytest.mark.parametrize("name", SPACES)
 PARTIAL = ["voxel[optimise=geometry]", "implicit[optimise=muscles]", "sdf-lerp[optimise=stiffness]"]
 """Spaces with one part optimised; `test_parts.py` has all combinations."""
 every_part = pytest.mark.parametrize("name", [*SPACES, *PARTIAL])
+DEAR = "barycenter"
+"""Its map is a transport, which is tested alone in `test_barycenter.py`; gradients are compared of it here, too."""
+every_cheap_space, every_cheap_part = (
+    pytest.mark.parametrize(
+        "name", [pytest.param(name, marks=pytest.mark.slow if name == DEAR else ()) for name in names]
+    )
+    for names in (SPACES, [*SPACES, *PARTIAL])
+)
 every_workspace = pytest.mark.parametrize(
     ("name", "params"),
     [
@@ -111,8 +119,8 @@ def test_draws_have_few_or_all_sites(name: str) -> None:
 
 @pytest.mark.parametrize(
     "name",
-    # it shares parameters and prior with sdf-lerp, and 200 gradients of a transport take a minute
-    [pytest.param(name, marks=pytest.mark.slow if name == "barycenter" else ()) for name in SPACES],
+    # all begin with parameters of one size; 200 gradients of a transport take a minute, of the others a second
+    [pytest.param(name, marks=() if name == "voxel" else pytest.mark.slow) for name in SPACES],
 )
 def test_the_published_settings_can_change_geometry(name: str) -> None:
     """100 steps of Adam at a rate of 0.01 fill or empty at least a fifth of the matter that a draw has.
@@ -151,7 +159,7 @@ def test_gradients_agree_with_differences(name: str) -> None:
     assert torch.autograd.gradcheck(varied, steps, eps=1e-6, atol=1e-7, rtol=1e-6, fast_mode=True)
 
 
-@every_space
+@every_cheap_space
 def test_gradients_reach_empty_places_by_the_surface(name: str) -> None:
     """Next to the remaining matter, empty particles have a gradient."""
     space = made(name)
@@ -175,7 +183,7 @@ def test_gradients_reach_empty_places_by_the_surface(name: str) -> None:
         assert gradient.abs().max() > 1e-5
 
 
-@every_part
+@every_cheap_part
 def test_worlds_do_not_depend_on_each_other(name: str) -> None:
     """Forms and gradients of a batch are those of each world alone, bit for bit."""
     space = made(name)

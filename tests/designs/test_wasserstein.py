@@ -53,6 +53,7 @@ def test_fewer_refinements_lead_to_the_same_barycenter(weights: list[float]) -> 
     assert np.abs(three - ten).sum() <= 0.02
 
 
+@pytest.mark.slow
 def test_the_barycenter_of_one_density_is_that_density() -> None:
     """Debiased, which is what debiasing is for: 3 % of the mass are misplaced, and less with more iterations; without,
     at least three times as much, and no less."""

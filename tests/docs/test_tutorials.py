@@ -18,8 +18,8 @@ NOTEBOOKS = sorted((DOCS / "notebooks").glob("*.py"))
 WHOLE = "<!-- every block runs, in this order -->"
 """Mark of a page whose commands run, too; those of other pages take hours."""
 
-QUICK = ("simulator", "stl")
-"""The tutorials that take least; the others do whole runs, or compile kernels that no other test needs."""
+QUICK = ("stl",)
+"""The tutorial that takes least; the others do whole runs, or compile kernels that no other test needs."""
 
 
 def blocks_of(page: Path) -> list[tuple[str, str]]:

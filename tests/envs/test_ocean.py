@@ -53,6 +53,7 @@ def test_ground_is_refused_where_water_has_none(setting: str) -> None:
         _made(f"ocean[water=surface,{setting}]")
 
 
+@pytest.mark.slow
 def test_a_current_takes_a_robot_along() -> None:
     """One that does not move its muscles drifts with it in the end."""
     env = _made("ocean[water=surface,current=0.3]")

@@ -54,6 +54,7 @@ def test_an_episode_is_that_of_an_environment_with_what_was_drawn() -> None:
     assert not np.array_equal(seen, episode(other)[1])
 
 
+@pytest.mark.slow
 def test_what_else_is_drawn_does_not_depend_on_the_physics() -> None:
     """The drawn path has room in the drawn arena, and the picture is that of the drawn ground."""
     drawn = {"physics": {"slope": "0|5"}, "draw": ("pose", "path")}

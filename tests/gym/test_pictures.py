@@ -20,6 +20,7 @@ NAME = "zoobench/Ground-Caterpillar-WaypointFollowing-v0"
 SMALL = {"fidelity": "smoke", "frames": 4}
 
 
+@pytest.mark.slow
 def test_every_world_has_a_picture() -> None:
     """Of its own robot; an environment without a render mode has none."""
     envs = ZooVectorEnv("ground", "caterpillar", "turning", num_envs=2, render_mode="rgb_array", **SMALL)

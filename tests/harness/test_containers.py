@@ -21,6 +21,7 @@ def _may_contain() -> bool:
     return subprocess.run([*_CONTAINER, "true"], capture_output=True, check=False).returncode == 0
 
 
+@pytest.mark.slow  # tests/db/test_owner.py tells the processes of one namespace from those of another
 @pytest.mark.skipif(not _may_contain(), reason="no PID namespaces can be made here")
 def test_launchers_in_two_containers_do_every_run_once(tmp_path: Path) -> None:
     """Each sees processes of other numbers than the other, and takes none of its runs for lost."""

@@ -65,6 +65,7 @@ def test_environment_and_random_numbers_are_put_back(tmp_path: Path) -> None:
     assert _log(path, 1)[2:] == _log(path, 2)[2:] != []
 
 
+@pytest.mark.slow  # test_process.py reads a flood over
 def test_a_flood_is_counted_for_each_run(tmp_path: Path) -> None:
     """The log of a run after one of a million lines is whole."""
     path = tmp_path / "zoo.db"
@@ -74,6 +75,7 @@ def test_a_flood_is_counted_for_each_run(tmp_path: Path) -> None:
     assert _log(path, 2) == ["run 1", "begins"]
 
 
+@pytest.mark.slow
 def test_a_run_that_diverges_is_no_reason_for_a_new_process(tmp_path: Path) -> None:
     """It is a result like others; one that fails may have left anything."""
     for mode, codes in (("diverge", {None}), ("fail", {0})):
@@ -83,6 +85,7 @@ def test_a_run_that_diverges_is_no_reason_for_a_new_process(tmp_path: Path) -> N
             assert {store.attempts(run_id)[0].exit_code for run_id in (1, 2)} == codes
 
 
+@pytest.mark.slow  # an interrupted launch goes on in one process in test_worker_pool.py
 def test_a_run_goes_on_from_its_checkpoint_in_a_process_that_has_done_another(tmp_path: Path) -> None:
     """Two runs were stopped; one process brings both to the end of runs that were not."""
 
@@ -103,8 +106,9 @@ def test_a_run_goes_on_from_its_checkpoint_in_a_process_that_has_done_another(tm
     assert [numbers(path, run_id) for run_id in (1, 2)] == [numbers(straight, run_id) for run_id in (1, 2)]
 
 
-_ONE_OF_EACH_KIND = ("is-foreign", "grows", "leaves", "leaves-a-thread", "closes-output", "sets-a-signal")
+_ONE_OF_EACH_KIND = ("grows", "leaves", "sets-a-signal")
 _OTHERS = (
+    "closes-output", "is-foreign", "leaves-a-thread",
     "is-full", "leaves-sessions", "goes-away", "sets-the-path", "redirects-output", "replaces-output", "ignores-errors",
 )  # fmt: skip
 
@@ -164,6 +168,7 @@ def test_a_process_serves_as_long_as_a_new_one_would_begin_with_the_same(
     assert not is_new()
 
 
+@pytest.mark.slow
 def test_an_idle_process_that_is_killed_costs_no_run_an_attempt(tmp_path: Path) -> None:
     """It is found dead before the next run is handed over, or else that goes on in another."""
     path = tmp_path / "zoo.db"

@@ -96,11 +96,12 @@ def test_what_can_be_kept_comes_through() -> None:
         pytest.param({"nan-progress": "fraction is nan"}, id="progress", marks=pytest.mark.slow),
     ],
 )
-def test_a_message_that_cannot_be_kept_fails_its_run_alone(refused: dict[str, str], location: str) -> None:
+def test_a_message_that_cannot_be_kept_fails_its_run_alone(refused: dict[str, str], tmp_path: Path) -> None:
     """FAILED with what was given; the earlier messages are kept, and the next run is done."""
-    *wrong, right = work_on_fakes(location, len(refused) + 1, child=bad(*refused))
+    path = tmp_path / "zoo.db"  # what is refused reaches no database, of whatever kind
+    *wrong, right = work_on_fakes(path, len(refused) + 1, child=bad(*refused))
     assert right.state is RunState.DONE
-    with Store(location) as store:
+    with Store(path) as store:
         for run, (oddity, reason) in zip(wrong, refused.items(), strict=True):
             assert run.state is RunState.FAILED, oddity
             assert reason in (run.reason or ""), oddity

@@ -67,6 +67,7 @@ print(peak() - before)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere the peak of memory has another unit")
 def test_a_line_without_end_takes_no_memory(tmp_path: Path) -> None:
     """An eighth of a gigabyte on standard error without a newline; the worker keeps the beginning of it."""
@@ -102,7 +103,7 @@ _LINUX = pytest.mark.skipif(sys.platform != "linux", reason="Linux's")
     [
         # that nothing is left of a run after which another follows is tested with the executor, too
         pytest.param("leaves", marks=pytest.mark.slow),
-        "leaves-and-dies",
+        pytest.param("leaves-and-dies", marks=pytest.mark.slow),
         pytest.param("leaves-sessions", marks=_LINUX),
         pytest.param("leaves-sessions-and-dies", marks=(_LINUX, pytest.mark.slow)),
     ],

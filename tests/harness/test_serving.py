@@ -57,6 +57,7 @@ def _in_turn(path: Path, specs: Sequence[RunSpec], renewals: int = 0) -> dict[st
         return {row.spec.key(): (numbers(path, row.id), store.solution(row.id)) for row in rows}
 
 
+@pytest.mark.slow
 def test_no_run_is_another_for_what_was_done_before_it(tmp_path: Path) -> None:
     """In one order and in the other: precision, gradients, random streams."""
     assert _in_turn(tmp_path / "there.db", _ON_GROUND) == _in_turn(tmp_path / "back.db", _ON_GROUND[::-1])

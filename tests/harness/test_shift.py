@@ -33,6 +33,7 @@ def path(tmp_path: Path) -> Path:
     return tmp_path / "zoo.db"
 
 
+@pytest.mark.slow  # tests/db/test_races.py has many beside each other
 def test_a_worker_ends_when_nothing_is_queued(path: Path) -> None:
     """Two workers beside each other do every run once, and tell of each when it is taken and when it has ended."""
     ids = enqueue(path, 4)
@@ -65,6 +66,7 @@ def test_a_worker_takes_only_the_runs_of_its_sweep(path: Path) -> None:
         work_shift(WorkerOrders(str(path), 9, child=fake()), shift_of(None))
 
 
+@pytest.mark.slow
 def test_a_run_goes_back_to_the_queue_when_the_time_is_nearly_over(path: Path) -> None:
     """It stops at a checkpoint within the time, and the next worker comes to the numbers of an undisturbed run."""
     enqueue(path)
@@ -82,6 +84,7 @@ def test_a_run_goes_back_to_the_queue_when_the_time_is_nearly_over(path: Path) -
     assert numbers(path, 1) == numbers(straight, 1)
 
 
+@pytest.mark.slow
 def test_a_child_that_does_not_obey_is_ended_before_the_time_is_over(path: Path) -> None:
     """The worker would be killed otherwise, and the run lost until its lease ends."""
     enqueue(path)
@@ -148,4 +151,4 @@ def _wait_for(is_so: Callable[[], bool]) -> None:
     deadline = time.monotonic() + 30.0
     while not is_so():
         assert time.monotonic() < deadline
-        time.sleep(0.05)
+        time.sleep(0.2)

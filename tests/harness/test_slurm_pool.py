@@ -31,7 +31,7 @@ def local(path: Path, **options: int) -> partial[SlurmPool]:
 def test_jobs_do_every_run_once(path: Path) -> None:
     """The log of each begins with where the output of its job is."""
     ids = enqueue(path, 2)
-    rows = run_all(path, ids, jobs=2, child=fake(), engine=local(path))
+    rows = run_all(path, ids, jobs=1, child=fake(), engine=local(path))
     assert [(row.state, row.attempt) for row in rows] == [(RunState.DONE, 1)] * 2
     with Store(path) as store:
         for run_id in ids:
@@ -40,6 +40,7 @@ def test_jobs_do_every_run_once(path: Path) -> None:
             assert Path(note.rpartition(" ")[2]).is_file()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("ctrl_c")  # by which submitit cancels the processes that stand for jobs
 def test_an_interrupt_cancels_the_jobs(path: Path) -> None:
     """Their runs are handed back, to go on with."""

@@ -141,6 +141,7 @@ def test_paper_has_the_settings_of_the_appendix() -> None:
     assert evolution == {"population": 10, "generations": 100, "sigma": 0.1}
 
 
+@pytest.mark.slow
 def test_paper_has_policies_for_every_animal_and_evolution_in_every_space() -> None:
     """As the published benchmark has: a row for each, in parts that can be run alone."""
     learners = {(spec.env, spec.task, spec.design) for spec in _paper() if spec.method.name == "ppo"}

@@ -55,6 +55,7 @@ def test_a_killed_one_ends_as_an_undisturbed_one(tmp_path: Path, method: str) ->
     assert found[0] == found[1]
 
 
+@pytest.mark.slow
 def test_without_its_start_a_run_fails_and_says_why(tmp_path: Path) -> None:
     """It begins nowhere else instead."""
     with Store(tmp_path / "runs.db") as store:

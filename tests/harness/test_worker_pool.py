@@ -33,7 +33,7 @@ def path(tmp_path: Path) -> Path:
 
 
 def test_runs_are_done_and_recorded(path: Path) -> None:
-    """Every run ends DONE with its curve, its finals, its log and one attempt with a provenance."""
+    """Every run ends DONE with its curve, its finals, its log and one attempt with a provenance and its memory."""
     updates: list[list[RunRow]] = []
     rows = launch_fakes(path, 3, on_update=updates.append)
     assert [row.state for row in rows] == [RunState.DONE] * 3
@@ -49,6 +49,8 @@ def test_runs_are_done_and_recorded(path: Path) -> None:
             (attempt,) = store.attempts(row.id)
             assert (attempt.outcome, attempt.exit_code, attempt.signal) == (RunState.DONE, None, None)
             assert attempt.provenance["thread_settings"]["OMP_NUM_THREADS"] == "1"
+            assert attempt.peak_memory is not None
+            assert 10 * 2**20 < attempt.peak_memory < 2**34  # an interpreter with its packages takes more [bytes]
 
 
 @pytest.mark.parametrize(
@@ -56,7 +58,12 @@ def test_runs_are_done_and_recorded(path: Path) -> None:
     [
         ("fail", RunState.FAILED, "ValueError: the middle of the walk"),
         ("diverge", RunState.DIVERGED, "The simulation diverged by substep 2"),
-        ("vanish", RunState.FAILED, "exit code 7 and said nothing. Its last line: last words"),
+        pytest.param(
+            "vanish",
+            RunState.FAILED,
+            "exit code 7 and said nothing. Its last line: last words",
+            marks=pytest.mark.slow,  # its four attempts are those of the next
+        ),
         ("segfault", RunState.FAILED, "killed by signal 11 (SIGSEGV)"),
     ],
 )
@@ -89,7 +96,7 @@ def test_one_failure_does_not_stop_the_others(path: Path) -> None:
     """Finished runs are not done again, and a queue with a failure is emptied all the same."""
     rows = work_on_fakes(path, child=fake("fail"))
     assert rows[0].state is RunState.FAILED
-    again = launch_fakes(path, 3, jobs=1)
+    again = work_on_fakes(path, 3)
     assert [row.state for row in again] == [RunState.DONE] * 2
     with Store(path) as store:
         assert len(store.attempts(rows[0].id)) == 1
@@ -114,7 +121,7 @@ def test_an_interrupt_leaves_the_runs_to_go_on_with(path: Path) -> None:
     with Store(path) as store:
         assert store.counts() == {RunState.QUEUED: 2}
         assert [attempt.outcome for attempt in store.attempts(1)] == [RunState.CANCELLED]
-    rows = launch_fakes(path, 2, child=_SLOW_WALK)
+    rows = work_on_fakes(path, 2, child=_SLOW_WALK)
     assert [row.state for row in rows] == [RunState.DONE] * 2
     with Store(path) as store:
         first, second = store.attempts(1)
@@ -125,6 +132,7 @@ def test_an_interrupt_leaves_the_runs_to_go_on_with(path: Path) -> None:
     assert [numbers(path, run_id) for run_id in (1, 2)] == [numbers(straight, run_id) for run_id in (1, 2)]
 
 
+@pytest.mark.slow
 def test_an_interrupt_is_not_lost_in_a_finaliser(path: Path, ctrl_c: None) -> None:
     """Ctrl-C while Python disposes of something, where an exception would be printed and forgotten."""
 
@@ -143,6 +151,7 @@ def test_an_interrupt_is_not_lost_in_a_finaliser(path: Path, ctrl_c: None) -> No
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
+@pytest.mark.slow
 def test_an_interrupt_is_no_divergence(path: Path) -> None:
     """A method that met divergences alone until it was asked to stop has its run queued, and goes on to its end."""
 
@@ -156,15 +165,6 @@ def test_an_interrupt_is_no_divergence(path: Path) -> None:
     with Store(path) as store:
         assert store.counts() == {RunState.QUEUED: 1}
     assert [row.state for row in work_on_fakes(path, child=blind)] == [RunState.DONE]
-
-
-def test_an_attempt_tells_how_much_memory_it_took(path: Path) -> None:
-    """At least that of an interpreter with its packages [bytes]."""
-    (row,) = work_on_fakes(path)
-    with Store(path) as store:
-        (attempt,) = store.attempts(row.id)
-    assert attempt.peak_memory is not None
-    assert 10 * 2**20 < attempt.peak_memory < 2**34
 
 
 def test_children_die_with_their_launcher(path: Path) -> None:
@@ -192,6 +192,7 @@ def _family(pid: int, size: int) -> list[psutil.Process]:
     raise AssertionError(f"the process never had {size} descendants")
 
 
+@pytest.mark.slow  # tests/db/test_races.py has many at once, on both kinds of database
 def test_runs_in_other_hands_are_waited_for(location: str) -> None:
     """A second launcher of the same runs does none of them twice."""
     ids = enqueue(location, 2)
@@ -234,6 +235,7 @@ _LAUNCH = (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="signals are Linux's")
 def test_a_launcher_that_is_stopped_keeps_its_runs(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Three times for longer than its lease, beside one that is at work: nothing is lost, and no number is another."""
@@ -261,7 +263,8 @@ def _is_begun(path: Path) -> bool:
     return False
 
 
-@pytest.mark.parametrize("jump", [pytest.param(90.0, marks=pytest.mark.slow), 86_400.0, -300.0])
+@pytest.mark.slow
+@pytest.mark.parametrize("jump", [86_400.0, *(pytest.param(jump, marks=pytest.mark.slow) for jump in (90.0, -300.0))])
 def test_a_clock_that_is_set_in_the_midst_of_runs_loses_none(
     path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, jump: float
 ) -> None:
@@ -333,6 +336,7 @@ def test_a_workers_storage_error_is_the_launchers(path: Path) -> None:
         run_all(path, ids, child=_SLOW_WALK, on_update=spoil)
 
 
+@pytest.mark.slow
 def test_a_stopped_writer_is_waited_for_with_a_word(
     path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -130,6 +130,7 @@ def lines() -> list[tuple[Array, Array, Array]]:
     return found
 
 
+@pytest.mark.slow
 def test_bodies_are_no_blocks(lines: list[tuple[Array, Array, Array]]) -> None:
     """Few are full or empty in the first generation, and half are neither after many; they are of all sizes."""
     for place, least in ((0, 0.8), (1, 0.5)):

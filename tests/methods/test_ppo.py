@@ -30,6 +30,7 @@ def test_it_has_the_settings_of_the_specification() -> None:
     assert (ppo.gae, ppo.discount, ppo.entropy, ppo.lr, ppo.clip) == (0.95, 0.98, 0.001, 1e-4, 0.2)
 
 
+@pytest.mark.slow
 def test_it_learns_to_do_as_it_is_told() -> None:
     """The best constant policy scores 0.79 on average, the best policy 1; the exploration shrinks."""
     context = Context(1)

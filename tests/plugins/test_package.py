@@ -62,6 +62,7 @@ def test_a_package_of_every_kind_passes_its_own_tests(packages: Path, site: Path
     assert "14 passed" in done.stdout
 
 
+@pytest.mark.slow
 def test_its_tests_fail_for_a_component_that_is_wrong(packages: Path, site: Path) -> None:
     """A number without a unit, a parameter without a default, and a method without checkpoints."""
     faults = {

@@ -15,10 +15,11 @@ from zoobench.render.recording import Recording, Snapshot, snapshots
 from zoobench.spec import Ref, RunSpec
 
 ENVS = ("ground", "ice", "desert", "clay", "wetland", "snow", "shallow-water", "ocean")
+SLOW = ("clay", "wetland", "snow", "shallow-water")
 EACH_ENV = pytest.mark.parametrize(
-    # the desert stands for the beds, each of which compiles kernels of its own
+    # the desert stands for the beds, and the ocean for waters: each compiles kernels of its own
     "name",
-    [pytest.param(name, marks=pytest.mark.slow if name in ("clay", "wetland", "snow") else ()) for name in ENVS],
+    [pytest.param(name, marks=pytest.mark.slow if name in SLOW else ()) for name in ENVS],
 )
 SPEC: RunSpec = cell(environment="desert", task="waypoint-following", frames=10)
 

@@ -67,6 +67,7 @@ def test_vorticity_of_a_vortex() -> None:
     assert not found[:, [0, -1]].any()
 
 
+@pytest.mark.slow
 def test_a_swimmer_stirs_the_water() -> None:
     """The water spins around it after ten frames and is at rest before."""
     strong = Ref("sine-basis", params=(("scale", 1.0),))

@@ -122,6 +122,7 @@ def test_one_picture_makes_no_sheet(tmp_path: Path) -> None:
     assert [path.name for path in draw_snapshots([smoke_snapshot("ground")], tmp_path)] == ["ground.png"]
 
 
+@pytest.mark.slow
 def test_parameters_are_in_title_and_file_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Two variants of one environment do not overwrite each other; hills are drawn."""
     monkeypatch.setattr("zoobench.render.stills._SIZE", (160, 90))

@@ -25,6 +25,7 @@ def _box(low: tuple[float, float, float], high: tuple[float, float, float], **gi
     return ElasticBody.passive(material, positions, np.full(len(positions), (H / 2) ** 3))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("driven", "beyond"), [(False, 0.0), (True, 0.6)])
 def test_a_beam_held_at_its_end_bends_as_timoshenko_says(driven: bool, beyond: float) -> None:
     """By q l^4 / 8 EI + q l^2 / 2 k G A to a tenth with four cells through its depth; the held part stays.

@@ -43,6 +43,7 @@ def compiled(nothing_compiled: None, monkeypatch: pytest.MonkeyPatch) -> set[str
     return names
 
 
+@pytest.mark.slow  # test_specialisation.py shows what is compiled for an effect
 @pytest.mark.parametrize(
     "name",
     # others compile kernels that hardly another test needs, for seconds, and ice those of the ground; what effects each

@@ -73,6 +73,7 @@ def probed(request: pytest.FixtureRequest) -> tuple[Probe, Gradient]:
     return probe, probe.gradient()
 
 
+@pytest.mark.slow  # the conformance suite has the tasks with an object
 @pytest.mark.parametrize("name", scenes.GROUPS)
 def test_the_gradient_matches_central_differences(name: str, probed: tuple[Probe, Gradient]) -> None:
     """By every group of the robot's parameters, through the contact with the block."""
@@ -81,6 +82,7 @@ def test_the_gradient_matches_central_differences(name: str, probed: tuple[Probe
     assert probe.error(gradient, name, direction, 1e-6) <= 1e-5
 
 
+@pytest.mark.slow  # the conformance suite has the gradient through what is pushed
 @EVERY_SCENE
 def test_the_block_is_pushed_and_its_path_differentiated(name: str) -> None:
     """It moves by a tenth of a cell, and its last place alone has a gradient by the robot's actuation."""
@@ -144,6 +146,7 @@ def test_a_lighter_object_than_the_robot_is_possible() -> None:
     assert not rollout.divergences
 
 
+@pytest.mark.slow
 def test_a_sliding_block_stops_where_friction_on_the_ground_stops_it() -> None:
     """After v^2 / (2 mu g), by its own friction and not by that of the ground or of another block."""
     speed, frictions = 0.5, {"near": 0.3, "beyond": 0.2}
@@ -164,6 +167,7 @@ def test_a_sliding_block_stops_where_friction_on_the_ground_stops_it() -> None:
         assert np.ptp(path[-15:]) < 0.005, name  # it rocks on the ground's layer
 
 
+@pytest.mark.slow
 def test_the_smaller_friction_of_two_objects_holds() -> None:
     """A block slides on another one as if both had it, and less far where both have more."""
     far = scenes.with_idle_muscle(scenes.passive_block((0.05, 0.0, 0.05), (2, 2, 2), np.zeros(3)))
@@ -194,6 +198,7 @@ def test_an_object_stands_on_cubes_of_its_own(edge: float) -> None:
     assert np.abs((places - block.positions)[:, 1]).mean() < 0.02 * H
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", [pytest.param(0.2, marks=pytest.mark.slow), 1.0])
 def test_a_ball_rolls_down_a_slope(friction: float) -> None:
     """With 5/7 of the acceleration of what slides without friction, within 5 %, at 6.4 cells across."""
@@ -214,6 +219,7 @@ def test_a_ball_rolls_down_a_slope(friction: float) -> None:
     assert acceleration == pytest.approx(5 / 7 * GRAVITY * np.sin(slope), rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_block_rests_on_a_bed_that_bears_it() -> None:
     """On sand it comes to rest, hardly below where it began."""
     scene = scenes.medium_scene("sand")

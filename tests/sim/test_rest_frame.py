@@ -81,6 +81,7 @@ def test_muscle_reaches_its_equilibrium_stretch() -> None:
         assert stretch == pytest.approx([expected[0], expected[1], expected[1]], rel=5e-3)
 
 
+@pytest.mark.slow
 def test_a_block_slides_as_friction_lets_it() -> None:
     """On a slope it accelerates by g (sin - mu cos) where that is positive, and does not move where it sticks."""
     tilt = np.radians(30)
@@ -183,6 +184,7 @@ def test_world_of_a_batch_equals_the_same_world_alone() -> None:
         assert np.array_equal(found.occupancy[0], gradient.occupancy[world])
 
 
+@pytest.mark.slow
 def test_nodes_of_a_lone_particle_stay_with_it() -> None:
     """A cube that is the only one of its cell, far from cells that are full, does not hold that cell's nodes; without
     weak points they swing away."""
@@ -211,6 +213,7 @@ def test_the_step_is_safe_in_deep_compression() -> None:
     assert rollout.counts.max() > rollout.counts[0, 0]
 
 
+@pytest.mark.slow
 def test_a_robot_beyond_its_terrain_has_diverged() -> None:
     """The ground is not known there, and no wall stops it; level ground goes on."""
     scene = _terrain_scene()

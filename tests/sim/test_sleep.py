@@ -75,7 +75,7 @@ def test_matter_is_awake_near_what_moves() -> None:
 
 
 @FIELDS
-@pytest.mark.parametrize("transfer", ["apic", "aflip"])
+@pytest.mark.parametrize("transfer", ["apic", pytest.param("aflip", marks=pytest.mark.slow)])
 def test_awake_matter_feels_all_of_the_matter_asleep(transfer: Transfer, slip: bool) -> None:
     """In one substep it moves as if nothing slept; what sleeps keeps its state, and lets go of the rest's impulse.
 

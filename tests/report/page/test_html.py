@@ -79,6 +79,7 @@ def test_the_best_robot_of_each_place_is_shown(shown: Section) -> None:
     assert [run.score.value for run in best if run.score] == [10.1, 11.1, 12.1, 13.1]
 
 
+@pytest.mark.slow
 def test_a_film_stands_on_the_screen_and_its_picture_on_paper(shown: Section) -> None:
     """Both are in the page itself; a still without a film is shown on both."""
     stills = [Still("moves", b"picture", b"film"), Still("stands", b"other")]

@@ -10,6 +10,7 @@ from zoobench.errors import ZoobenchError
 from zoobench.report.page import vega
 
 
+@pytest.mark.slow
 def test_it_is_taken_out_once_and_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The next report begins no process for it; a place that cannot be written does no harm."""
     monkeypatch.setenv("ZOOBENCH_CACHE", str(tmp_path / "cache"))

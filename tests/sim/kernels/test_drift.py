@@ -141,7 +141,7 @@ def probed() -> tuple[Probe, Gradient]:
     return probe, probe.gradient()
 
 
-@pytest.mark.slow  # the adjoint of the return itself is checked above, a robot that wades in the conformance suite
+@pytest.mark.slow  # the adjoint of the return itself is checked above
 @pytest.mark.parametrize("name", GROUPS)
 def test_gradient_through_drifted_water_matches_central_differences(probed: tuple[Probe, Gradient], name: str) -> None:
     """In every parameter group."""

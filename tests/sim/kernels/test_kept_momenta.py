@@ -62,19 +62,19 @@ CASES = [
     ("ground", "apic", "quadratic"),
     ("sand", "apic", "quadratic"),
     ("water", "apic", "quadratic"),
-    ("ground", "aflip", "cubic"),  # which test_transfer.py compiles, too
+    ("ground", "aflip", "cubic"),
     ("water", "aflip", "quadratic"),
 ]
 
 
 def _is_fast(name: str, transfer: Transfer, kernel: Kernel, precision: int) -> bool:
-    return name != "water" and (precision == 64 or (name, transfer) == ("ground", "apic"))
+    return name != "water" and transfer == "apic" and precision == 64
 
 
 @pytest.mark.parametrize(
     ("name", "transfer", "kernel", "precision"),
     [
-        # in 32 bits the kernels are the same, and only those of the ground are compiled for other tests, too
+        # the others compile kernels that no other test needs
         pytest.param(*case, precision, marks=() if _is_fast(*case, precision) else pytest.mark.slow)
         for case in CASES
         for precision in (64, 32)

@@ -52,6 +52,7 @@ def _traction(friction: float) -> float:
     return lost / (count * dt) / (CELLS * scenes.SPACING) ** 2
 
 
+@pytest.mark.slow
 def test_rough_ground_bears_the_shear_strength_of_the_mud() -> None:
     """However rough it is: the friction times the weight would be forty times as much."""
     assert _traction(5.0) == pytest.approx(STRENGTH, rel=0.05)

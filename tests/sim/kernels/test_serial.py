@@ -45,7 +45,7 @@ def _guarded(tensor: torch.Tensor, room: int) -> tuple[torch.Tensor, torch.Tenso
 
 
 @pytest.mark.parametrize("place", [-9.0, 9.0, 1e30, -1e30, np.inf, np.nan])
-@pytest.mark.parametrize(("name", "precision"), [("ground", 32), ("water", 64)])
+@pytest.mark.parametrize(("name", "precision"), [("ground", 32), pytest.param("water", 64, marks=pytest.mark.slow)])
 def test_an_escaped_particle_writes_nothing_out_of_bounds(name: str, precision: int, place: float) -> None:
     """Nothing before or behind the grid, nor behind the window in it, which holds every stencil after every substep,
     with momenta kept for the reverse or not, and in the reverse."""

@@ -72,7 +72,7 @@ def _stirred(count: int = 200) -> tuple[Array, Array, Array, Array]:
     return grid, places, rng.uniform(0.9, 1.05, count), rng.uniform(0.4, 2.2, count)
 
 
-@pytest.mark.parametrize("width", [QUADRATIC, CUBIC])
+@pytest.mark.parametrize("width", [QUADRATIC, pytest.param(CUBIC, marks=pytest.mark.slow)])
 def test_shift_is_down_the_gradient_of_density(width: int) -> None:
     """As differences of the density have it, between walls too; exactly zero without a surplus."""
     grid, places, J, rho = _stirred()
@@ -109,6 +109,7 @@ def test_adjoint_of_shift_matches_differences(width: int) -> None:
     assert not back[0][..., :3].any()
 
 
+@pytest.mark.slow
 def test_sheets_in_the_middle_of_cells_come_apart() -> None:
     """Water in sheets three cells apart, which pressure cannot separate, leaves them within three tenths of a second.
 

@@ -31,7 +31,7 @@ def _thrown(gap: float, friction: float | None, speed: Array = SPEED) -> Scene:
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("transfer", ["apic", "aflip"])
+@pytest.mark.parametrize("transfer", ["apic", pytest.param("aflip", marks=pytest.mark.slow)])
 def test_the_impulse_between_them_is_equal_and_opposite_and_adds_no_energy(transfer: Transfer) -> None:
     """An elastic block thrown at sand slows down; momentum stays to rounding, and energy falls in every substep."""
     solver = Solver(_thrown(0.0, 0.4), scenes.fidelity(transfer=transfer))
@@ -91,7 +91,8 @@ def test_a_negative_friction_is_refused() -> None:
         _thrown(0.0, -0.1)
 
 
-@pytest.mark.parametrize("name", ["interface", pytest.param("wading", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["interface", "wading"])
 def test_a_node_that_the_robot_hardly_touches_has_finite_adjoints(name: str) -> None:
     """Its mass there is 1e-24 kg, whose square is 0 in single precision, in which gradients are those of double."""
     scene = scenes.SCENES[name]()

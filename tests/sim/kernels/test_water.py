@@ -228,6 +228,7 @@ def _height(solver: Solver) -> float:
     return 2.0 * float(solver.matter.x[0, 0, 1:, 1].mean()) / H - 2.0 * WALL_NODES
 
 
+@pytest.mark.slow
 def test_water_keeps_its_level_after_a_slosh() -> None:
     """A dam of 10 cells breaks and is brought to rest after 3 s: 3.3 cells deep, to a tenth of a cell."""
     solver = _tank((6, 10, 3), (18, 30, 3))
@@ -242,6 +243,7 @@ def test_water_keeps_its_level_after_a_slosh() -> None:
     assert _height(solver) == pytest.approx(180 / 54, abs=0.1)
 
 
+@pytest.mark.slow
 def test_dense_water_expands() -> None:
     """Two particles in every place, both with J = 1, take the volume of both but for the tolerated surplus within two
     seconds."""

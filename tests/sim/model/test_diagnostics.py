@@ -9,6 +9,7 @@ import pytest
 import torch
 
 from tests.sim import scenes
+from tests.sim.test_adjoint import DEAR
 from zoobench.errors import Divergence, DivergenceError
 from zoobench.sim.model.diagnostics import HeldMatter, Neighbours
 from zoobench.sim.model.elastic_bodies import ElasticBody, SceneObject
@@ -147,7 +148,9 @@ def test_nan_is_found_in_the_frame_that_makes_it() -> None:
     assert np.isfinite(rollout.velocities).all()
 
 
-@pytest.mark.parametrize("name", scenes.SCENES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow if name in DEAR else ()) for name in scenes.SCENES]
+)
 def test_healthy_episode_reports_nothing(name: str) -> None:
     """No divergence and no guarded particle in the scenes of these tests."""
     solver = Solver(scenes.SCENES[name](), scenes.fidelity())

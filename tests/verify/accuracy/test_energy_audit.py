@@ -58,6 +58,7 @@ def test_free_fall_loses_what_its_steps_lose() -> None:
     assert (losses.viscous, losses.plastic) == (0.0, 0.0)
 
 
+@pytest.mark.slow
 def test_friction_takes_what_coulombs_law_says() -> None:
     """A viscous block slides to rest: contact takes mu m g times the way, and hardly anything is unexplained."""
     scene = Scene(block(0.0, (0.5, 0.0, 0.0), viscosity=20.0), (0.0, 0.0, 0.0), UPPER, ground=Ground(0.5))
@@ -90,9 +91,20 @@ def test_the_transfers_differ_in_the_energy_lost_without_a_cause() -> None:
 
 
 @pytest.mark.parametrize(
-    ("medium", "lost"), [("sand", {"plastic"}), ("clay", {"plastic"}), ("mud", {"plastic", "viscous"}),
-                         ("snow", {"plastic"}), ("water", {"viscous"})],
-)  # fmt: skip
+    ("medium", "lost"),
+    [
+        ("sand", {"plastic"}),
+        *(
+            pytest.param(medium, lost, marks=pytest.mark.slow)
+            for medium, lost in (
+                ("clay", {"plastic"}),
+                ("mud", {"plastic", "viscous"}),
+                ("snow", {"plastic"}),
+                ("water", {"viscous"}),
+            )
+        ),
+    ],
+)
 def test_a_body_falling_on_a_bed_loses_what_the_medium_can_take(medium: str, lost: set[str]) -> None:
     """By yield and by viscosity, each where there is such a thing, and more than rounding; nothing is created."""
     _, _, before, losses, stored = followed(medium_scene(medium), frames=6)

@@ -23,6 +23,7 @@ def ticking(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(speed, "work_clock", lambda _: lambda: float(next(ticks)))
 
 
+@pytest.mark.slow
 def test_rates_are_frames_by_the_clock(ticking: None) -> None:
     """Those of all worlds together; particle-substeps likewise, as many in a frame as its step needs."""
     one, two = (measure(GROUND, SMOKE, worlds=worlds, repeats=3) for worlds in (1, 2))

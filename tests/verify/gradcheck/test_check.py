@@ -39,6 +39,7 @@ def test_a_wrong_gradient_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     assert not any(row.kinks for row in rows)
 
 
+@pytest.mark.slow
 def test_a_body_of_several_tissues_can_be_stiffened() -> None:
     """Differences go a little beyond the stiffest and the lightest tissue: fins twice as stiff as muscle, and fat."""
     case = GradientCase(Ref("ground"), Ref("movement-speed"), Ref("panda"))
@@ -47,7 +48,9 @@ def test_a_body_of_several_tissues_can_be_stiffened() -> None:
     assert np.isfinite(case.objective(case.run(stiffer)))
 
 
-@pytest.mark.parametrize("env", ["ground", POND], ids=["land", "water"])
+@pytest.mark.parametrize(
+    "env", [pytest.param("ground", id="land"), pytest.param(POND, id="water", marks=pytest.mark.slow)]
+)
 def test_the_gradient_reaches_the_parameters_of_a_design_space(env: str) -> None:
     """Through shape, mass, displaced water and the weights of the score, as central differences have it."""
     body = GradientCase(Ref.parse(env), Ref("turning"), Ref("voxel"))

@@ -13,6 +13,7 @@ def test_bisection_finds_the_edge() -> None:
     assert largest._bisect(lambda share: True) == pytest.approx(4.0, rel=0.006)
 
 
+@pytest.mark.slow
 def test_prediction_of_isolated_particles_is_sharp() -> None:
     """For three Poisson's ratios the largest stable step is the predicted one to 1 %, for a spray not less."""
     rows = [row for row, _ in zip(largest.largest_steps(), range(4), strict=False)]

@@ -17,6 +17,7 @@ def test_a_footing_goes_as_deep_as_it_is_pushed() -> None:
     assert result.verdict == "pass", result.measured
 
 
+@pytest.mark.slow
 def test_a_rig_that_falls_short_of_its_wish_fails_its_case(monkeypatch: pytest.MonkeyPatch) -> None:
     """A velocity that is set between substeps is not that of the motion: the footing reaches half of its depth."""
     monkeypatch.setattr(speed_control, "_PROPORTIONAL", 1.0)

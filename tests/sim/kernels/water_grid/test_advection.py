@@ -21,7 +21,7 @@ def taylor_green(speed: float, cells: int, spacing: float) -> Array:
     return velocities
 
 
-@pytest.mark.parametrize("speed", [0.02, 0.2])
+@pytest.mark.parametrize("speed", [pytest.param(0.02, marks=pytest.mark.slow), 0.2])
 def test_a_vortex_lasts(speed: float) -> None:
     """A Taylor-Green vortex with a wavelength of 16 cells keeps its speed for a quarter of a second, slow or fast."""
     given = taylor_green(speed, 8, 1 / 64)
@@ -51,6 +51,7 @@ def test_water_is_incompressible(precision: int, bound: float, cells: tuple[int,
     assert np.abs(divergence(flow_of(solver))).max() <= bound
 
 
+@pytest.mark.slow  # test_immersed.py has exact gradients through the same flow
 def test_adjoint_of_the_flow() -> None:
     """The adjoint of twenty substeps by the water's velocity agrees with central differences."""
     rng, steps, scene = np.random.default_rng(0), 20, empty_water(stirred(), 1 / 32)
