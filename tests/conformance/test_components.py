@@ -76,14 +76,14 @@ CELLS += [
     pytest.param(POND, "movement-speed", name, id=f"pond-movement-speed-{name}")
     for name in (*SWIMMERS, "voxel")  # and a design space in water
 ]
+CELLS.append(pytest.param(SEA, MIXTURE, "fish", id="sea-mix-fish"))
 THROWN = "ground[object=box,object_gap=0.005,object_speed=0.6]"
 CELLS += [
-    pytest.param(place, task, name, id=f"{word}-{task.partition('[')[0]}-{name}", marks=pytest.mark.slow)
+    pytest.param(place, task, name, id=f"{word}-{task}-{name}", marks=pytest.mark.slow)
     for word, place, task, names in (
         # gradients through forces on a surface are in tests/sim/test_surface_water.py; the surface of a relaxed body
         # jumps with its shape, and a gradient holds it
         ("sea", SEA, "movement-speed", BODIES),
-        ("sea", SEA, MIXTURE, ["fish"]),
         ("tank", TANK, "movement-speed", ["caterpillar"]),
         ("thrown", THROWN, "catch", ["caterpillar"]),
     )

@@ -28,9 +28,6 @@ _SLIVER = 1e-4
 _CLOSED = 0.6
 """Share of a cube that a part counts for which is thinner than half a cube, so that it has a surface."""
 
-_REACH = 2.5
-"""Over which the gradient of the added mass is a mean [edges]."""
-
 _CROSS = np.array([[[abs(x) + abs(y) + abs(z) <= 1 for z in (-1, 0, 1)] for y in (-1, 0, 1)] for x in (-1, 0, 1)])
 """A cube and those that share a face with it."""
 
@@ -40,7 +37,7 @@ def hull_of(body: Body) -> Hull:
     kept = vars(body)
     if "_hull" not in kept:
         triangles, edge = _of_particles(body) if body.distance is None else _of_solid(body, body.distance)
-        kept["_hull"] = Hull.of(triangles, _REACH * edge)
+        kept["_hull"] = Hull.of(triangles, edge)
     return cast("Hull", kept["_hull"])
 
 

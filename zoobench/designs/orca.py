@@ -54,7 +54,7 @@ _FLIPPERS = mirrored(
 
 
 @register(Kind.DESIGN, "orca", version=7, tags=("primitive", "water"))
-def orca(*, length: float = SWIMMER_LENGTH) -> Animal:
+def orca(*, length: float = SWIMMER_LENGTH, paired: bool = True) -> Animal:
     """A whale that beats its flat tail up and down in a wave, 0.15 m long, with twelve muscles.
 
     The fibres of back and belly run along the whole body but the snout, in four segments each; those of the two
@@ -64,7 +64,8 @@ def orca(*, length: float = SWIMMER_LENGTH) -> Animal:
     that they brace the trunk less.
 
     * `length`: of the whole body [m]; it is 0.34 times as high and 0.48 times as wide, fins included.
+    * `paired`: whether front muscles are left and right; without, it has eight muscles, and none to turn by [-].
     """
     upright = opposed(("belly", "back"), 1, _HEIGHT - 0.0005, _HEIGHT + 0.0005)
-    trunk = myomeres(_TRUNK, upright, front=crossed(upright, SIDES), stiffness=0.75)
+    trunk = myomeres(_TRUNK, upright, front=crossed(upright, SIDES) if paired else None, stiffness=0.75)
     return swimmer(length, 0.0340, 0.0484, trunk, *stiff(_FLUKES), *soft(_BACK_FIN, _FLIPPERS))

@@ -62,8 +62,9 @@ class PanelForces:
         w = np.linalg.solve(deformation, along[..., None])[..., 0]
         turning = np.einsum("pa,pab,pb->p", n, rate, w)
         bending = np.einsum("pa,pabc,pb,pc->p", n, self._curvature(places), w, w)
-        grows = 0.5 * (_smooth(onto := -w[:, 0] * given[:, _GROWTH]) + onto)
-        sideways = across - given[:, _AHEAD] * np.linalg.solve(deformation, v[..., None])[:, 0, 0]
+        ahead = np.linalg.solve(deformation, v[..., None])[:, 0, 0]
+        grows = 0.5 * (_smooth(onto := -ahead * given[:, _GROWTH]) + onto)
+        sideways = across - given[:, _AHEAD] * ahead
         lift = water.lift * water.density * given[:, _WETTED] * grows
         speed = np.sqrt((v * v).sum(axis=1) + _SLOW**2)
         drag = 0.25 * water.density * water.normal_drag * size * _smooth(across) ** 2 / speed

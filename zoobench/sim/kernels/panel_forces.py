@@ -6,13 +6,13 @@ velocity u along the surface, W = F^-1 u, and the rate L of the body's motion,
 
     drag      f = -(C_n rho A u_n^2 / (4 |v|)) u_n n - (C_f rho A |v| / 2) u
     reaction  f = -m n (n . a - 2 n . L u + n . grad F [W, W])
-    lift      f = -C_l rho A_0 max(0, -W_x dphi/dx) (u_n - N_x (F^-1 v)_x) n
+    lift      f = -C_l rho A_0 max(0, -V_x g) (u_n - N_x V_x) n
 
-along x, the body's axis at rest, by which N is the normal there: the lift is that of what is slender along it, and has
-no part in what its thickness pushes aside. The drag falls with the sine of the angle between panel and flow, as
-pressure recovers along what closes gently. m = rho A_0 phi is the panel's added mass. The reaction is Lighthill's
-(d/dt - u d/ds)^2 y (1960), n . a that of the nodes: their mass becomes a matrix, K = M + sum w (m + dt b) n n^T, which
-holds drag and lift by their sum b of coefficients of u_n, too.
+with V = F^-1 v along x, the body's axis at rest, by which N is the normal there and g how the body widens ahead: the
+lift is that of what is slender along it, and has no part in what its thickness pushes aside. The drag falls with the
+sine of the angle between panel and flow, as pressure recovers along what closes gently. m = rho A_0 phi is the panel's
+added mass. The reaction is Lighthill's (d/dt - u d/ds)^2 y (1960), n . a that of the nodes: their mass becomes a
+matrix, K = M + sum w (m + dt b) n n^T, which holds drag and lift by their sum b of coefficients of u_n, too.
 
     nodes    rows of `rest_frame`, and the matrix less M, ADDED and ADDED_SHEAR
     given    [groups, 8] of the lanes of a group of panels, rows below
@@ -43,7 +43,7 @@ ADDED, ADDED_SHEAR = 4, 5
 
 OF_AREA, OF_SHARE, OF_WETTED, OF_MASS, OF_GROWTH, OF_AHEAD = 0, 3, 4, 5, 6, 7
 """Rows of `given`: area vector [m^2], the area of the panel's triangles relative to it [-] and by itself [m^2], added
-mass [kg], gradient of phi along x [-], and component of the normal along x [-]."""
+mass [kg], how the body widens ahead [-], and component of the normal along x [-]."""
 
 _PAIRS = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 TINY = 1e-30
@@ -163,8 +163,9 @@ def flow_past(c: ti.template(), g):
             curved[r] += bending[d][r] * pairs[d]
     speed = ti.sqrt(scalar(v, v) + SLOW * SLOW)
     swift = ti.sqrt(across * across + SLOW * SLOW)
-    onto = 0.0 - w[0] * row[g, OF_GROWTH]
-    sideways = across - row[g, OF_AHEAD] * (h[0][0] * v[0] + h[1][0] * v[1] + h[2][0] * v[2])
+    ahead = h[0][0] * v[0] + h[1][0] * v[1] + h[2][0] * v[2]
+    onto = 0.0 - ahead * row[g, OF_GROWTH]
+    sideways = across - ahead * row[g, OF_AHEAD]
     grows = ti.sqrt(onto * onto + SLOW * SLOW)
     wetted = c.scene.medium.lift * c.scene.medium.density * row[g, OF_WETTED]
     lift = 0.5 * wetted * (onto + grows)

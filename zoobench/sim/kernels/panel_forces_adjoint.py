@@ -104,7 +104,6 @@ def wet_panels_adjoint(c: ti.template(), g):
     by_curved = [by_bent * flow.n[r] for r in ti.static(range(3))]
     by_turned = [-2.0 * by_curved[r] for r in ti.static(range(3))]
     by_w = transposed_times(flow.rate, by_turned)
-    by_w[0] += 0.0 - by_onto * row[g, OF_GROWTH]
     by_pair = [0.0 * by_bent for _ in ti.static(range(6))]
     for d in ti.static(range(6)):
         for r in ti.static(range(3)):
@@ -118,7 +117,7 @@ def wet_panels_adjoint(c: ti.template(), g):
     for r in ti.static(range(3)):
         by_u[r] += onto_u[r]
     by_across += 0.0 - scalar(by_u, flow.n)
-    by_ahead = 0.0 - by_sideways * row[g, OF_AHEAD]  # of the first component of F^-1 v
+    by_ahead = 0.0 - by_sideways * row[g, OF_AHEAD] - by_onto * row[g, OF_GROWTH]  # of the first component of F^-1 v
     by_v = [
         by_u[r] + by_across * flow.n[r] + by_speed * flow.v[r] / flow.speed + by_ahead * flow.h[r][0]
         for r in ti.static(range(3))

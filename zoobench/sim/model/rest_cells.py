@@ -148,8 +148,8 @@ def _joined(
     ids: NDArray[np.int64], keys: NDArray[np.int64], cells: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
     """Nodes `[particles, 8]`, their places and the cells of all particles, where those that are too few in their cell
-    have joined that neighbour, of enough, with which they share most nodes; of two, that nearer to the body's middle, so
-    that what is symmetric stays so."""
+    have joined that neighbour, of enough, with which they share most nodes; of two, that nearer to the middle, so that
+    what is symmetric stays so."""
     groups, first, group, size = np.unique(ids, axis=0, return_index=True, return_inverse=True, return_counts=True)
     group, number = group.ravel(), np.arange(len(groups))
     has = coo_array((np.ones(groups.size), (number.repeat(8), groups.ravel())), shape=(len(groups), len(keys)))

@@ -58,7 +58,7 @@ class SurfacePanels:
         _, panel = np.unique(np.stack([cell, octant, facing]), axis=1, return_inverse=True)
         panel = panel.ravel()
         columns = np.column_stack(
-            [vectors, sizes, water.density * water.hull.phi * sizes, sizes * water.hull.growth[:, 0],
+            [vectors, sizes, water.density * water.hull.phi * sizes, sizes * water.hull.growth,
              sizes[:, None] * at]
         )  # fmt: skip
         sums = np.zeros((panel.max() + 1, columns.shape[1]))

@@ -8,7 +8,7 @@ import numpy as np
 
 from zoobench.arrays import Array
 from zoobench.errors import SceneError
-from zoobench.sim.model.potential_flow import added_per_area, areas, growth, potentials
+from zoobench.sim.model.potential_flow import added_per_area, areas, potentials, slender_growth
 
 
 @dataclass(frozen=True)
@@ -18,7 +18,7 @@ class Hull:
     Attributes:
         triangles: `[n, 3, 3]` corners [m], anticlockwise as seen from outside.
         phi: `[n]` added mass per area and density of water [m], see `potential_flow.added_per_area`.
-        growth: `[n, 3]` its gradient along the surface [-].
+        growth: `[n]` how the body widens ahead, see `potential_flow.slender_growth` [-].
     """
 
     triangles: Array
@@ -26,10 +26,10 @@ class Hull:
     growth: Array
 
     @classmethod
-    def of(cls, triangles: Array, reach: float) -> "Hull":
-        """A surface, of which the gradient of phi is a mean over so much [m]."""
+    def of(cls, triangles: Array, edge: float) -> "Hull":
+        """A surface in triangles of cubes with this edge [m]."""
         phi = added_per_area(triangles, potentials(triangles))
-        return cls(triangles, phi, growth(triangles, phi, reach))
+        return cls(triangles, phi, slender_growth(triangles, edge))
 
     def moved(self, shift: Array) -> "Hull":
         """The same elsewhere, by `shift` `[3]` [m]."""
@@ -49,9 +49,8 @@ class SurfaceWater:
         density: [kg/m^3].
         normal_drag: coefficient of the pressure's drag on a plate across the flow [-].
         friction: coefficient of the drag along the surface [-].
-        lift: factor C_l of the lift [-]; 0 for none. Jones's slender wings (1946) shed their wake at full span, where
-            the added mass by panels has fallen already, and panels lose its rise at the very edge: 2.5 makes up for
-            both, and gives the square plate what is measured.
+        lift: factor C_l of the lift of a slender body (Jones 1946) [-]; 0 for none. A third of a sharp front
+            edge is lost in panels and slices: 1.5 gives the square plate what is measured.
         current: velocity of the water [m/s].
         hull: surface of the robot at rest, at its start; None where there is no robot yet.
         constants: names of those that kernels have.
@@ -64,7 +63,7 @@ class SurfaceWater:
     density: float = 1000.0
     normal_drag: float = 1.1
     friction: float = 0.006
-    lift: float = 2.5
+    lift: float = 1.5
     current: tuple[float, float, float] = (0.0, 0.0, 0.0)
     hull: Hull | None = field(default=None, repr=False)
 
