@@ -45,7 +45,11 @@ _SLOW_TIMEOUT = 3600  # [s]
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Kernels are compiled quickly, in child processes, too; with `-m slow` as users have them."""
+    """Kernels are compiled quickly, in child processes, too; with `-m slow` as users have them.
+
+    While tests are collected, garbage is not looked for, which takes an eighth of that time.
+    """
+    gc.disable()
     if config.option.markexpr != "slow":
         os.environ.setdefault("ZOOBENCH_QUICK_COMPILE", "1")
 
@@ -78,6 +82,7 @@ def pytest_collection_finish() -> None:
     gc.collect()
     gc.freeze()
     gc.set_threshold(700, 10, 100)
+    gc.enable()
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -95,10 +95,13 @@ def test_stable_baselines_trains_and_gymnasium_films(tmp_path: Path) -> None:
     assert (np.abs(images[0].astype(int) - images[-1]).max(axis=2) > 8).mean() > 5e-3
 
 
-def test_a_picture_has_the_size_and_camera_that_were_asked_for() -> None:
+@pytest.mark.parametrize(
+    "cameras", [("film", "top"), pytest.param(("film", "follow", "side", "top"), marks=pytest.mark.slow)], ids=len
+)
+def test_a_picture_has_the_size_and_camera_that_were_asked_for(cameras: tuple[str, ...]) -> None:
     """Through `gymnasium.make`, alone and many; every camera shows another picture, and that of films is the usual."""
     pictures = {}
-    for camera in ("film", "follow", "side", "top"):
+    for camera in cameras:
         env = gymnasium.make(NAME, render_mode="rgb_array", width=320, height=240, camera=camera, **SMALL)
         env.reset()
         pictures[camera] = env.render()

@@ -141,6 +141,7 @@ def test_bodies_are_no_blocks(lines: list[tuple[Array, Array, Array]]) -> None:
         assert np.quantile(between, 0.1) < 0.3 < 0.9 < np.quantile(between, 0.9)
 
 
+@pytest.mark.slow
 def test_species_live_beside_each_other(lines: list[tuple[Array, Array, Array]]) -> None:
     """Three or more in most generations, and never as many as would leave each its champion alone."""
     species = np.concatenate([line[2] for line in lines])

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.sim import scenes
+from tests.sim.test_adjoint import DEAR
 from zoobench.errors import SceneError
 from zoobench.sim import parallel_driver
 from zoobench.sim.model.fidelity import Fidelity
@@ -28,7 +29,16 @@ def _launches(scene: Scene, gradients: bool = False) -> dict[str, int]:
 BLOCK = Scene(scenes.passive_block((0.3, 0.3, 0.3), (2, 2, 2), np.zeros(3)), (0, 0, 0), scenes.ARENA)
 
 
-@pytest.mark.parametrize("scene", [BLOCK, *(make() for make in scenes.SCENES.values())], ids=["block", *scenes.SCENES])
+@pytest.mark.parametrize(
+    "scene",
+    [
+        pytest.param(BLOCK, id="block"),
+        *(
+            pytest.param(make(), id=name, marks=pytest.mark.slow if name in DEAR else ())
+            for name, make in scenes.SCENES.items()
+        ),
+    ],
+)
 def test_launches_are_the_effects_of_the_scene(scene: Scene) -> None:
     """Frames' worth of substeps by effect: no muscle in passive matter, no friction in flight, no sand on ground."""
     counts = {f"forward {effect}": 2 for effect in scenes.launched(scene)}
@@ -84,7 +94,9 @@ def test_matter_that_needs_more_nodes_than_there_is_memory_for_diverges(monkeypa
     assert [(each.quantity, np.isnan(each.value)) for each in found.values()] == [("finite state", True)] * 2
 
 
-@pytest.mark.parametrize("name", ["ground", "snow", "water"])
+@pytest.mark.parametrize(
+    "name", ["ground", *(pytest.param(name, marks=pytest.mark.slow) for name in ("snow", "water"))]
+)
 def test_surveys_of_both_drivers_are_the_same(name: str) -> None:
     """One goes through the particles in turn, the other reduces what was found of each; a NaN is kept by both."""
     found = []

@@ -148,6 +148,7 @@ def probed(request: pytest.FixtureRequest) -> tuple[Probe, Gradient, NDArray[np.
     return probe, probe.gradient(), probe.rollout.asleep
 
 
+@pytest.mark.slow  # the conformance suite has it of a robot in the desert
 @pytest.mark.parametrize("name", scenes.GROUPS)
 def test_gradient_beside_matter_asleep_is_that_of_differences(
     probed: tuple[Probe, Gradient, NDArray[np.bool_]], name: str
@@ -195,8 +196,9 @@ def _worlds(transfer: Transfer, slip: bool, **stored: int) -> tuple[Rollout, Gra
     return rollout, solver.backward(rollout, *scenes.path_weights(solver, frames))
 
 
+@pytest.mark.slow  # the reverse of this scene is compiled for the gradient above alone
 @FIELDS
-@pytest.mark.parametrize("transfer", ["apic", pytest.param("aflip", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("transfer", ["apic", "aflip"])
 def test_gradient_is_the_same_however_little_is_stored(transfer: Transfer, slip: bool) -> None:
     """Bit for bit: what sleeps in a frame sleeps again where the frame is simulated again, or a piece of it."""
     _, expected = _worlds(transfer, slip)

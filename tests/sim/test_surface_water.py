@@ -114,6 +114,7 @@ def _still() -> SurfaceWater:
     return replace(water, current=(0.0, 0.0, 0.0))
 
 
+@pytest.mark.slow  # the conformance suite has that of a fish
 def test_gradient_agrees_with_differences() -> None:
     """Of every group of parameters, along a random direction, for random adjoints of the trajectory."""
     solver, rollout, gradient = scenes.episode(_muscles(), 6, LAGRANGIAN, density_ratio_min=0.5)
@@ -136,6 +137,7 @@ def test_gradient_agrees_with_differences() -> None:
         assert found == pytest.approx(along, rel=2e-5, abs=1e-6 * np.abs(exact * direction).sum()), name
 
 
+@pytest.mark.slow  # test_tape.py stores states in every way, and the reverse of this scene would be compiled for it
 def test_gradient_is_the_same_from_checkpoints() -> None:
     """States that are computed again give every bit of the gradient."""
     whole, pieces = (
@@ -145,6 +147,7 @@ def test_gradient_is_the_same_from_checkpoints() -> None:
     assert scenes.same(whole, pieces)
 
 
+@pytest.mark.slow
 def test_world_of_a_batch_equals_the_same_world_alone() -> None:
     """Path and gradient of two worlds agree bit for bit with those of one."""
     solver, rollout, gradient = scenes.episode(_muscles(), 4, LAGRANGIAN, worlds=2)

@@ -54,7 +54,8 @@ def simulated() -> dict[str, object]:
     return found
 
 
-@pytest.mark.parametrize("readings", [synthetic, pytest.param(simulated, marks=pytest.mark.slow)])
+@pytest.mark.slow  # tests/test_rounding.py shows that the libraries heed what is asked of them
+@pytest.mark.parametrize("readings", [synthetic, simulated])
 def test_no_reading_depends_on_the_libraries_choice_of_code(readings: Callable[[], dict[str, object]]) -> None:
     """All rewards and metrics, bit for bit, in a process with other code for products and decompositions."""
     name = readings.__name__

@@ -196,6 +196,7 @@ def probed() -> tuple[Probe, Gradient]:
     return probe, probe.gradient()
 
 
+@pytest.mark.slow  # the adjoints of density and shift are checked alone, and the conformance suite swims in a pond
 @pytest.mark.parametrize("name", GROUPS)
 def test_gradient_through_dense_water_matches_central_differences(probed: tuple[Probe, Gradient], name: str) -> None:
     """In every parameter group while the correction is active."""

@@ -42,7 +42,7 @@ def test_vortices_of_a_few_cells_decay_as_in_water_of_hundreds(cells: int, spaci
     assert 0.1 * 0.05 / viscosity >= least
 
 
-@pytest.mark.parametrize(("precision", "bound"), [(64, 1e-13), (32, 1e-6)])
+@pytest.mark.parametrize(("precision", "bound"), [pytest.param(64, 1e-13, marks=pytest.mark.slow), (32, 1e-6)])
 @pytest.mark.parametrize("cells", [CELLS, (5, 4, 13)])
 def test_water_is_incompressible(precision: int, bound: float, cells: tuple[int, int, int]) -> None:
     """A substep leaves no divergence, whatever the number of cells."""
