@@ -76,7 +76,9 @@ def test_the_adjoint_goes_through_what_is_seen_of_the_target(monkeypatch: pytest
     assert -without @ direction != pytest.approx((ahead - behind) / 2e-5, rel=1e-4)
 
 
-@pytest.mark.parametrize("env", ["ground", SEA], ids=["land", "water"])
+@pytest.mark.parametrize(
+    "env", [pytest.param("ground", id="land"), pytest.param(SEA, id="water", marks=pytest.mark.slow)]
+)
 def test_the_adjoint_of_the_muscles_power_goes_through_the_loop(env: str) -> None:
     """In double precision it is that of differences: the power in a frame is a function of what was seen before it."""
     spec = cell(
@@ -92,6 +94,7 @@ def test_the_adjoint_of_the_muscles_power_goes_through_the_loop(env: str) -> Non
     assert -gradient @ direction == pytest.approx((ahead - behind) / 2e-6, rel=1e-5)
 
 
+@pytest.mark.slow  # through what is seen of the target it goes above
 def test_the_adjoint_goes_through_what_is_seen_of_an_object() -> None:
     """In double precision it is that of differences, where a robot pushes a box that it sees."""
     spec = cell(

@@ -136,10 +136,11 @@ def test_wall_time_is_a_budget_whose_promises_are_kept(monkeypatch: pytest.Monke
     assert problem.meter.episodes == 3
 
 
-def test_results_do_not_depend_on_how_many_run_side_by_side() -> None:
+@pytest.mark.parametrize("env", ["ground", pytest.param("desert", marks=pytest.mark.slow)])
+def test_results_do_not_depend_on_how_many_run_side_by_side(env: str) -> None:
     """Score and gradient are equal bit for bit in one world and in three, whether all have an episode or only one."""
     # in the precision whose kernels other tests compile, too
-    problems = [Problem(cell(environment="desert", fidelity=DOUBLE), worlds=worlds) for worlds in (1, 3)]
+    problems = [Problem(cell(environment=env, fidelity=DOUBLE), worlds=worlds) for worlds in (1, 3)]
     one, three = (problem.loss_and_grad_batch(_draws(problem, 4)) for problem in problems)
     for (evaluation, gradient), (expected, expected_gradient) in zip(three, one, strict=True):
         assert evaluation.score == expected.score

@@ -106,6 +106,7 @@ def test_sigterm_hands_the_run_back(path: Path) -> None:
         assert [attempt.outcome for attempt in store.attempts(1)] == [RunState.CANCELLED]
 
 
+@pytest.mark.slow
 def test_a_cancelled_run_is_dropped_by_its_worker(path: Path) -> None:
     """It has ended at once, its worker goes on with the next, and `retry` goes on from its checkpoint."""
     enqueue(path, 2)

@@ -60,6 +60,7 @@ def test_an_interrupt_cancels_the_jobs(path: Path) -> None:
         assert store.counts() == {RunState.QUEUED: 1}
 
 
+@pytest.mark.slow
 def test_a_job_that_fails_is_told_with_its_output(path: Path) -> None:
     """A job that cannot open the database, as one that its node does not reach."""
     ids = enqueue(path)

@@ -324,6 +324,7 @@ def test_a_full_disk_stops_the_child_and_the_run_goes_on_later(path: Path) -> No
     assert (row.state, row.attempt) == (RunState.DONE, 2)
 
 
+@pytest.mark.slow
 def test_a_workers_storage_error_is_the_launchers(path: Path) -> None:
     """A database that breaks under way ends the pool with a message, not with a silent loop."""
     ids = enqueue(path)

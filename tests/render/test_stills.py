@@ -79,6 +79,7 @@ def test_every_picture_shows_the_robot_its_medium_and_the_ground(name: str) -> N
     assert tinted(image, ICE if shot.env == "ice" else GROUND) > 0.01
 
 
+@pytest.mark.slow
 def test_a_cut_medium_shows_the_robot(monkeypatch: pytest.MonkeyPatch) -> None:
     """Under water it would be hidden if the water before it were drawn."""
     shot = smoke_snapshot("shallow-water")

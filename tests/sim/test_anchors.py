@@ -48,6 +48,7 @@ def test_a_beam_held_at_its_end_bends_as_timoshenko_says(driven: bool, beyond: f
     assert np.abs(moved[held]).max() < 1e-3 * bending
 
 
+@pytest.mark.slow
 def test_what_lies_on_an_obstacle_stays_there_and_so_does_the_obstacle() -> None:
     """A block on a held table sinks by less than a third of a cell, slower and slower; the table does not move."""
     table = replace(_box((0.05, 0.04, 0.05), (0.15, 0.06, 0.15), density=1e6), anchor=EVERYWHERE)

@@ -94,6 +94,7 @@ def test_the_robot_stays_in_the_middle(kind: str) -> None:
     assert np.abs(middle[-1] - middle[0]).max() > 4.0 * scenes.SPACING
 
 
+@pytest.mark.slow
 def test_a_bed_is_as_good_as_a_long_one() -> None:
     """The robot's way in sand, of which much sleeps, differs by less than 1 % from that in a bed of twice the size."""
     _, found = _run(_scene("sand"))

@@ -114,6 +114,7 @@ def test_the_stress_of_a_new_law_is_that_of_its_twin() -> None:
     assert solver.matter.tau[0, 0, :, :3].numpy() == pytest.approx(expected, rel=1e-6)
 
 
+@pytest.mark.slow  # the package's own laws go the same way
 @pytest.mark.parametrize("name", scenes.GROUPS)
 def test_the_gradient_of_a_new_law_matches_central_differences(name: str, probe: tuple[Probe, Gradient]) -> None:
     """Of an episode on it, by every group of parameters."""

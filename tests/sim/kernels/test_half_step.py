@@ -25,7 +25,8 @@ def test_the_nodes_hold_what_the_substep_then_makes_velocities_of(transfer: Tran
     np.testing.assert_allclose(held[..., :3].sum((0, 1, 2, 3)), mass @ velocity, rtol=1e-9)
 
 
-@pytest.mark.parametrize("medium", ["sand", pytest.param("water", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("medium", ["sand", "water"])
 def test_looking_changes_nothing(medium: str) -> None:
     """The substeps after it are those that would have been taken."""
     ends = []

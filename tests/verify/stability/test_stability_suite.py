@@ -21,6 +21,7 @@ SHOWN_ELSEWHERE = {
     "gripper-on-nothing": "the same",
     "light-on-heavy": "the same",
     "soft-on-stiff": "tests/sim/test_step_control.py, the stiffest and lightest set the step",
+    "light-swimmer": "the conformance suite, a fish in the sea",
     "lone-sand": "the law of torn sand in tests/sim/kernels/test_media.py",
     "drop-on-snow": "tests/envs/test_strongest_actuation.py, on snow",
     "ice-and-glue": "tests/sim/test_adjoint.py, thrust needs friction",

@@ -52,7 +52,7 @@ def gradcheck(
     from zoobench_verify.gradcheck.check import gradcheck as check
     from zoobench_verify.gradcheck.gradient_case import GradientCase
 
-    wanted = choose(table, TABLES, form)
+    wanted, substeps = choose(table, TABLES, form), _parse_horizons(horizons)
     rows: list[GradRow] = []
     summaries: list[Summary] = []
     robot = parse_one(design, Kind.DESIGN), parse_one(controller, Kind.CONTROLLER), parse_one(fidelity, Kind.FIDELITY)
@@ -63,7 +63,7 @@ def gradcheck(
             steps.begin(name)
             case = GradientCase(one_env, one_task, *robot, seed)
             own: list[GradRow] = []
-            for row in check(case, _parse_horizons(horizons), directions=directions, seed=seed):
+            for row in check(case, substeps, directions=directions, seed=seed):
                 own.append(row)
                 say(f"  {name}, {row.substeps} substeps, {row.group}: relative error {row.relative_error:.1e}")
             rows += own
@@ -76,12 +76,15 @@ def gradcheck(
 
 
 def _parse_horizons(text: str) -> list[int]:
-    """Read `50,200` as numbers of substeps.
+    """Read `50,200` as positive numbers of substeps.
 
     Raises:
         UsageError: something else.
     """
     try:
-        return [int(word) for word in text.split(",")]
+        found = [int(word) for word in text.split(",")]
     except ValueError:
-        raise UsageError(f"Cannot read {text!r} as horizons. Write for example 50,200.") from None
+        found = [0]
+    if min(found) < 1:
+        raise UsageError(f"Cannot read {text!r} as horizons. Write positive numbers, for example 50,200.")
+    return found

@@ -49,7 +49,7 @@ def test_a_body_sinks_or_rises_by_its_density(density: float, sign: float) -> No
     assert 9.81 * excess / (density / 1000.0 + 1.1) < sign * speed / 0.02 < 9.81 * excess / (density / 1000.0 + 0.6)
 
 
-@pytest.mark.parametrize(("frames", "least"), [(4, 10), (40, 110)])
+@pytest.mark.parametrize(("frames", "least"), [(4, 10), pytest.param(40, 110, marks=pytest.mark.slow)])
 def test_gradients_are_exact(frames: int, least: int) -> None:
     """By actuation and all of the body, through robot and water, weight and muscles, against central differences."""
     probe = Probe(muscles_in_water(), frames)
