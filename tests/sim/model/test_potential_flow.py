@@ -45,7 +45,7 @@ def test_a_sphere_takes_water_along_everywhere_alike() -> None:
 def test_growth_is_that_of_the_slices_of_a_slender_body() -> None:
     """Of one with flat slices, sides see its height and the top its width; what widens ahead is positive."""
     edge, (long, high, thick) = 0.006, (0.15, 0.04, 0.02)
-    triangles = _ellipsoid((long, high, thick), 60)
+    triangles = _ellipsoid((long, high, thick), 40)
     found, middles = slender_growth(triangles, edge), triangles.mean(axis=1)
     normals = areas(triangles) / np.linalg.norm(areas(triangles), axis=1, keepdims=True)
     inner = np.abs(middles[:, 0]) < 0.6 * long
@@ -59,7 +59,7 @@ def test_growth_is_that_of_the_slices_of_a_slender_body() -> None:
 
 def test_growth_finds_three_quarters_of_an_edge_across_the_flow() -> None:
     """Over the front of a plate the sum of growth by area is that of pi a^2, of a slice that begins there."""
-    half, edge, count = 0.06, 0.004, 121
+    half, edge, count = 0.06, 0.004, 61
     ends = np.linspace(-half, half, count)
     x, y = np.meshgrid(ends, ends, indexing="ij")
     places = np.stack([x, y, np.zeros_like(x)], axis=-1)

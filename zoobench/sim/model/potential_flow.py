@@ -97,13 +97,15 @@ def slender_growth(triangles: Array, edge: float) -> Array:
     beyond the ends of the body, too, where there is no width. Of an edge across the flow three quarters are found, as a
     slice's width is the largest in its thickness.
     """
-    corners, middles, vectors = triangles.reshape(-1, 3), triangles.mean(axis=1), areas(triangles)
+    middles, vectors = triangles.mean(axis=1), areas(triangles)
     across = np.cross(vectors, (1.0, 0.0, 0.0))
     across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-12 * edge**2)
+    corners = triangles.reshape(-1, 3)
+    corners = corners[np.argsort(corners[:, 0], kind="stable")]
     widths = np.zeros((2, len(triangles)))
-    for n, (middle, direction) in enumerate(zip(middles, across, strict=True)):
-        ahead, along = (corners[:, 0] - middle[0]) / edge, corners @ direction
-        for side, place in enumerate((-_APART, _APART)):
-            slab = along[np.abs(ahead - place) <= _SLAB]
-            widths[side, n] = 0.5 * np.ptp(slab) if len(slab) else 0.0
+    for side, place in enumerate((-_APART, _APART)):
+        first = np.searchsorted(corners[:, 0], middles[:, 0] + (place - _SLAB) * edge)
+        last = np.searchsorted(corners[:, 0], middles[:, 0] + (place + _SLAB) * edge, side="right")
+        for n in np.flatnonzero(first < last):
+            widths[side, n] = 0.5 * np.ptp(corners[first[n] : last[n]] @ across[n])
     return cast("Array", np.pi / 2 * (widths[1] - widths[0]) / (2 * _APART * edge))
