@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import torch
 
-from tests.conformance.cells import POND, cell
+from tests.conformance.cells import POND, SEA, cell
 from zoobench import registry
 from zoobench.cell.episode_runner import EpisodeRunner
 from zoobench.cell.meter import BudgetMeter
@@ -79,6 +79,17 @@ def test_the_solid_body_is_whole_particles_where_the_form_is_solid(design: str) 
     relaxed = robot.draft(torch.as_tensor(draw)[None], TIMES).relaxed().body
     assert relaxed.particle_count < robot.body.particle_count or design == "voxel", "empty sites are not simulated"
     assert relaxed.occupancy.min() > 0.0
+
+
+def test_thin_matter_is_left_out_in_the_rest_frame() -> None:
+    """It would be turned inside out by the matter that it hangs on: this body was, in frame 12 in water."""
+    problem = Problem(cell(environment=SEA, design="sdf-lerp", fidelity="draft", frames=20))
+    draw = problem.initial(np.random.default_rng(1))
+    draft = problem.robot.draft(torch.as_tensor(draw)[None], TIMES)
+    assert draft.form is not None
+    assert (draft.form.occupancy[0].numpy() < 0.3)[~draft.existing].all()
+    assert draft.relaxed().body.occupancy.min() > 0.3
+    assert problem.relaxed(draw).evaluation.failure is None
 
 
 def test_a_form_without_head_has_an_end_for_it() -> None:

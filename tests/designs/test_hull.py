@@ -85,3 +85,12 @@ def test_matter_that_is_thin_everywhere_has_a_surface() -> None:
     large = hull_of(_cubes((30, 20, 10)))
     assert len(large.triangles) <= 2 * TRIANGLES
     assert large.triangles.mean(axis=(0, 1)) == pytest.approx(np.array([15, 10, 5]) / 128, rel=0.05)
+
+
+def test_a_closed_cavity_has_no_surface() -> None:
+    """Its water does not flow, and has no potential that one system of equations would find."""
+    block = _cubes((6, 6, 6))
+    cavity = np.abs(block.sites - block.sites.mean(axis=0)).max(axis=1) < 1 / 128
+    hull, whole = hull_of(replace(block, occupancy=np.where(cavity, 0.0, 1.0))), hull_of(block)
+    assert hull.volume == pytest.approx(whole.volume, rel=1e-9)
+    assert hull.phi == pytest.approx(whole.phi)

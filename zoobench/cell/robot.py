@@ -29,9 +29,6 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 
-_LEAST_OCCUPANCY = 1e-4
-"""Relaxed matter of less occupancy is left out: it has no effect on the motion, and a vanishing gradient."""
-
 _DRAWS = 20
 """Most bodies that are drawn from a prior until one can be built."""
 
@@ -80,6 +77,7 @@ class Draft:
         row, activity: as of `Built`.
         workspace: of a design space, or the fixed body.
         form, feasibility: in the workspace; None for a fixed body.
+        least_occupancy: relaxed matter of less is left out.
     """
 
     row: "Tensor"
@@ -87,6 +85,7 @@ class Draft:
     workspace: Body
     form: Form | None
     feasibility: Feasibility | None
+    least_occupancy: float
 
     @property
     def fault(self) -> str:
@@ -105,7 +104,7 @@ class Draft:
         """The particles of the workspace that a relaxed body has `[particle_count]`."""
         if self.form is None:
             return np.ones(self.workspace.particle_count, bool)
-        return np.asarray(self.form.occupancy[0].detach().numpy() > _LEAST_OCCUPANCY)
+        return np.asarray(self.form.occupancy[0].detach().numpy() > self.least_occupancy)
 
     def relaxed(self, kept: Mask | None = None) -> Built:
         """The robot with the form's own occupancy, by which its motion is differentiable.
@@ -149,12 +148,14 @@ class Robot:
         controller: drives the muscles.
         body: at rest; of a design space, the workspace.
         space: the design space, or None for a fixed body.
+        least_occupancy: of the matter of relaxed bodies, see `Fidelity`.
         layout: of a closed loop's observations; empty in an open loop.
     """
 
     controller: Controller
     body: Body
     space: DesignSpace | None
+    least_occupancy: float
     layout: Layout = ()
 
     @classmethod
@@ -171,7 +172,8 @@ class Robot:
         layout: Layout = ()
         if not isinstance(moved_by, OpenLoop):
             layout = layout_of(body.muscle_count, seen_by(moved_by, registry.create(Kind.TASK, task)))
-        robot = cls(moved_by, body, made if isinstance(made, DesignSpace) else None, layout)
+        space = made if isinstance(made, DesignSpace) else None
+        robot = cls(moved_by, body, space, fidelity.least_occupancy, layout)
         if isinstance(moved_by, Gait):
             robot._check_gait(moved_by.start.spec)
         return robot
@@ -255,7 +257,7 @@ class Robot:
         form, feasibility = None, None
         if self.space is not None:
             form, feasibility = buildable(self.space, row[:, self.control_count :], self.body)
-        return Draft(row, activity, self.body, form, feasibility)
+        return Draft(row, activity, self.body, form, feasibility, self.least_occupancy)
 
     def formed(self, parameters: Array) -> Body:
         """The body at rest for `parameters` `[parameter_count]`, as it is scored.

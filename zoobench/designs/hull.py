@@ -79,10 +79,13 @@ def _of_particles(body: Body) -> tuple[Array, float]:
 
 
 def _surface(field: Array, level: float, edge: float) -> Array:
-    """The surface at which a field on cubes of this edge [m] falls to a level, in triangles `[n, 3, 3]` [m] whose
-    corners are anticlockwise as seen from where it is lower."""
+    """The outer surface at which a field on cubes of this edge [m] falls to a level, in triangles `[n, 3, 3]` [m] whose
+    corners are anticlockwise as seen from where it is lower. In a closed cavity no water flows."""
+    from scipy.ndimage import binary_fill_holes
     from skimage import measure
 
+    inside = field >= level
+    field = np.where(binary_fill_holes(inside) & ~inside, field.max(), field)
     corners, faces, *_ = measure.marching_cubes(  # type: ignore[no-untyped-call]
         field, level, spacing=(edge,) * 3, gradient_direction="ascent"
     )

@@ -45,6 +45,21 @@ def test_panels_have_the_area_and_the_added_mass_of_the_triangles(
     assert 0.9 * sizes.sum() < flat <= sizes.sum()  # triangles that face alike
 
 
+def test_water_acts_on_relaxed_matter_by_the_third_power_of_its_occupancy(
+    fish: tuple[ElasticBody, SurfaceWater, RestCells, SurfacePanels],
+) -> None:
+    """As its stiffness does, and on none that is thinner than half of the rest."""
+    body, water, cells, panels = fish
+    half = SurfacePanels.of(replace(body, occupancy=0.5 * body.occupancy), water, cells, GRID.grid_spacing)
+    assert half.given[:, :6].sum() == pytest.approx(
+        (panels.given[:, :6] * np.array([0.125, 0.125, 0.125, 1, 0.125, 0.125])[:, None]).sum()
+    )
+    foremost = body.sites[:, 0] > np.quantile(body.sites[:, 0], 0.8)
+    relaxed = replace(body, occupancy=np.where(foremost, 0.4, 1.0))
+    thin = SurfacePanels.of(relaxed, water, cells, GRID.grid_spacing)
+    assert not (foremost[cells.particles[thin.cell]] | (cells.particles[thin.cell] < 0)).all(axis=1).any()
+
+
 def test_panels_move_as_their_cells_have_it(fish: tuple[ElasticBody, SurfaceWater, RestCells, SurfacePanels]) -> None:
     """Weights are those of a place within the cell, and slopes give a linear field its gradient."""
     _, water, cells, panels = fish

@@ -115,6 +115,15 @@ class Fidelity:
             )
 
     @property
+    def least_occupancy(self) -> float:
+        """Relaxed matter of less occupancy is left out.
+
+        On a grid it is carried along, and the bound is where it has no effect and a vanishing gradient. In its rest
+        frame it hangs on the matter beside it, which would turn it inside out: 0.1 is too little for some bodies.
+        """
+        return 1e-4 if self.robot == "mpm" else 0.3
+
+    @property
     def spline(self) -> Spline:
         """The kernel's stencil and moment."""
         return SPLINES[self.kernel]

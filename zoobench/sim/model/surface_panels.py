@@ -1,8 +1,9 @@
 """Panels of a robot's surface, for the kernels of water by forces: triangles that face alike in a cube of its body.
 
 A panel lies in the cell of the nearest particle, and moves as the cell's nodes have it. Eight panels of a cell are a
-group, the lanes of a vector. Cells that weak points hold (`rest_cells`) have no panels, and no part in second
-derivatives: water would fling their nodes about, which have hardly any mass.
+group, the lanes of a vector. On relaxed matter water acts by the third power of its occupancy, as its stiffness does.
+Cells that weak points hold (`rest_cells`) have no panels, and no part in second derivatives: water would fling their
+nodes about, which have hardly any mass.
 """
 
 from dataclasses import dataclass
@@ -47,9 +48,10 @@ class SurfacePanels:
         """The panels of a body's hull in its cells."""
         assert water.hull is not None
         triangles = water.hull.triangles
-        vectors, middles = areas(triangles), triangles.mean(axis=1)
+        middles = triangles.mean(axis=1)
+        cell, occupancy = _nearest_particles(body, cells, middles)
+        vectors = areas(triangles) * occupancy[:, None] ** 3
         sizes = np.linalg.norm(vectors, axis=1)
-        cell = _nearest_cells(body, cells, middles)
         side = np.abs(vectors).argmax(axis=1)
         facing = 2 * side + (vectors[np.arange(len(side)), side] > 0)
         low = cells.places[cells.nodes[:, 0]]
@@ -84,13 +86,18 @@ class SurfacePanels:
         )
 
 
-def _nearest_cells(body: ElasticBody, cells: RestCells, points: Array) -> NDArray[np.int64]:
-    """The cell of the particle of a held cell that is nearest to each point `[n]`."""
+def _nearest_particles(body: ElasticBody, cells: RestCells, points: Array) -> tuple[NDArray[np.int64], Array]:
+    """The cell of the particle of a held cell that is nearest to each point `[n]`, and its occupancy.
+
+    Of a relaxed body it is a particle within the surface; matter that is thinner would be flung about.
+    """
     from scipy.spatial import cKDTree
 
-    number, lane = np.nonzero((cells.particles >= 0) & _held(cells)[:, None])
-    found: NDArray[np.int64] = number[cKDTree(body.sites[cells.particles[number, lane]]).query(points)[1]]
-    return found
+    within = body.occupancy >= 0.5 * body.occupancy.max()
+    number, lane = np.nonzero((cells.particles >= 0) & within[cells.particles] & _held(cells)[:, None])
+    particles = cells.particles[number, lane]
+    nearest = cKDTree(body.sites[particles]).query(points)[1]
+    return number[nearest], body.occupancy[particles[nearest]]
 
 
 def _held(cells: RestCells) -> NDArray[np.bool_]:
