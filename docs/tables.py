@@ -34,7 +34,7 @@ PAGES = (
 
 _PLACES = {
     "ground": "ground", "ice": "ice", "desert": "sand", "snow": "snow", "clay": "clay", "wetland": "mud",
-    "ocean": "ocean",
+    "ocean": "ocean, water on a grid", "ocean[water=surface]": "ocean, forces on the surface",
 }  # fmt: skip
 _LEVELS = ("draft", "standard", "paper")
 _TASKS = {"movement-speed": "moving", "turning": "turning"}
@@ -47,7 +47,8 @@ def accuracy() -> str:
     found = {(row["env"], row["fidelity"]): row for row in rows if row["task"] == "movement-speed"}
     body = []
     for env, place in _PLACES.items():
-        present = f"{env}-v{registry.get(Kind.ENV, env).version}["
+        name = Ref.parse(env).name
+        present = f"{name}-v{registry.get(Kind.ENV, name).version}["
         levels = [
             row for level in _LEVELS
             if (row := found.get((env, level))) and row["error"] is not None and row["components"].startswith(present)

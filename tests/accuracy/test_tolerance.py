@@ -35,7 +35,7 @@ def test_what_comes_with_the_package_can_be_read(monkeypatch: pytest.MonkeyPatch
     found = levels.published()
     levels.published.cache_clear()
     assert found.origin
-    assert {row.env for row in found.levels} == set(registry.names(Kind.ENV))
+    assert {Ref.parse(row.env).name for row in found.levels} == set(registry.names(Kind.ENV))
     assert all(row.seconds for row in found.levels if row.fidelity in ("draft", "standard"))
 
 
