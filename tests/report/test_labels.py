@@ -21,3 +21,9 @@ def test_only_what_differs_is_shown() -> None:
         "desert-v1",
         "desert-v2",
     ]
+
+
+def test_labels_stand_in_the_order_of_their_references() -> None:
+    """So that columns do, and a page that is built twice is the same."""
+    refs = [Ref.parse(f"ground-v1[height={number}]") for number in range(12)]
+    assert list(labels(reversed(refs))) == refs[::-1]

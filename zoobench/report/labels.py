@@ -1,25 +1,28 @@
 """Short names for components, as much of a reference as tells it from the others shown, and their order."""
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
 from zoobench.spec import Ref, Scalar
 
 
 def labels(refs: Iterable[Ref]) -> dict[Ref, str]:
-    """A label for each reference: its name, with the version and the parameters only where they differ."""
-    families: dict[str, set[Ref]] = {}
+    """A label for each reference: its name, with the version and the parameters only where they differ.
+
+    Names stand in the order of their first references, and so do the references of a name.
+    """
+    families: dict[str, dict[Ref, None]] = {}
     for ref in refs:
-        families.setdefault(ref.name, set()).add(ref)
+        families.setdefault(ref.name, {})[ref] = None
     return {ref: _label(ref, family) for family in families.values() for ref in family}
 
 
-def _label(ref: Ref, family: set[Ref]) -> str:
+def _label(ref: Ref, family: Collection[Ref]) -> str:
     version = ref.version if len({other.version for other in family}) > 1 else 0
     params = tuple((key, value) for key, value in ref.params if _differs(key, value, family))
     return str(Ref(ref.name, version, params))
 
 
-def _differs(key: str, value: Scalar, family: set[Ref]) -> bool:
+def _differs(key: str, value: Scalar, family: Collection[Ref]) -> bool:
     return any(other.kwargs.get(key) != value for other in family)
 
 
