@@ -20,10 +20,10 @@ draft 45 mm/s on a slope of 5 degrees, where friction leaves 0.8 mm/s."""
 
 
 _PROVISIONAL = (
-    "of two gaits that turn at standard in water on a grid neither is known to be the better at paper: scores differ by "
-    "98 % (root mean square) from those there, and speeds by 39 %; swimmers go ahead by 0.05 to 0.14 lengths a period, "
-    "real ones by 0.5. By forces on the surface they go by 0.4 to 0.9, and head elsewhere on another grid: speeds at "
-    "standard differ by 27 %"
+    "of two gaits that turn at standard in water on a grid neither is known to be the better at paper: scores differ "
+    "by 98 % (root mean square) from those there, and speeds by 39 %; swimmers go ahead by 0.05 to 0.14 lengths a "
+    "period, real ones by 0.5. By forces on the surface they go by 0.4 to 0.9, and head elsewhere on another grid: "
+    "speeds at standard differ by 27 %"
 )
 
 
