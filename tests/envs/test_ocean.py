@@ -31,8 +31,13 @@ def test_water_by_forces_has_its_robot_in_its_rest_frame() -> None:
     surface = _made("ocean[water=surface]")
     assert surface.simulated(SMOKE).robot == "lagrangian"
     assert _made("ocean[water=grid]").simulated(SMOKE) is SMOKE
-    with pytest.raises(UsageError, match="CPU alone"):
-        surface.simulated(Fidelity(1 / 32, device="cuda"))
+    for unfit, remedy in (
+        ({"device": "cuda"}, "device=cpu"),
+        ({"particles_per_cell": 1}, "particles_per_cell=8 or 27"),
+    ):
+        with pytest.raises(UsageError, match=remedy) as refusal:
+            surface.simulated(Fidelity(1 / 32, **unfit))
+        assert "robot=mpm" not in str(refusal.value)  # which would change nothing
 
 
 def test_water_by_forces_has_no_bounds() -> None:
