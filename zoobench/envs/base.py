@@ -129,6 +129,8 @@ class Environment:
             raise UsageError(f"An arena of {self.arena} m{depth} is not possible. Give positive lengths that fit.")
         check_material("robot", self.robot)
         self._check_density(1.0)
+        if self.water is not None:
+            self.water.check()
         if self.surface_water is not None:
             self.surface_water.check()
         if self.bed is not None:
