@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
-from tests.conformance.cells import cell
-from zoobench.cell.firm_ground import check_firm_ground, held_fault
+from tests.conformance.cells import SEA, cell
+from zoobench.cell.firm_ground import check_firm_ground, firm_ground_fault, held_fault
 from zoobench.errors import UsageError
 
 
@@ -36,3 +36,11 @@ def test_a_base_is_refused_where_it_can_not_be_held_or_not_move(names: dict[str,
 def test_what_can_be_held_and_what_has_no_base_is_not_refused(names: dict[str, Any]) -> None:
     """A base that does not move may hang above a bed."""
     assert not held_fault(cell(**names))
+
+
+def test_a_fidelity_that_water_by_forces_is_not_simulated_with_is_refused() -> None:
+    """Before the run, and not by it; in other water it is fine."""
+    assert "particles_per_cell=8 or 27" in firm_ground_fault(
+        cell(environment=SEA, fidelity="smoke[particles_per_cell=1]")
+    )
+    assert not firm_ground_fault(cell(environment="ocean", fidelity="smoke[particles_per_cell=1]"))

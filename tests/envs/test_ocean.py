@@ -6,7 +6,7 @@ import pytest
 from zoobench import registry
 from zoobench.designs.base import Body
 from zoobench.envs.base import Environment
-from zoobench.errors import UsageError
+from zoobench.errors import SceneError, UsageError
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.scene import Effect
@@ -31,8 +31,13 @@ def test_water_by_forces_has_its_robot_in_its_rest_frame() -> None:
     surface = _made("ocean[water=surface]")
     assert surface.simulated(SMOKE).robot == "lagrangian"
     assert _made("ocean[water=grid]").simulated(SMOKE) is SMOKE
-    with pytest.raises(UsageError, match="CPU alone"):
-        surface.simulated(Fidelity(1 / 32, device="cuda"))
+    for unfit, remedy in (
+        ({"device": "cuda"}, "device=cpu"),
+        ({"particles_per_cell": 1}, "particles_per_cell=8 or 27"),
+    ):
+        with pytest.raises(UsageError, match=remedy) as refusal:
+            surface.simulated(Fidelity(1 / 32, **unfit))
+        assert "robot=mpm" not in str(refusal.value)  # which would change nothing
 
 
 def test_water_by_forces_has_no_bounds() -> None:
@@ -62,3 +67,31 @@ def test_a_current_takes_a_robot_along() -> None:
     moved = solver.run(np.zeros((100, 1, solver.muscle_count))).positions[[0, -1], 0].mean(axis=1)
     assert 0.3 * 0.4 * 0.8 > moved[1, 0] - moved[0, 0] > 0.3 * 0.1 * 0.8
     assert moved[1, 1:] == pytest.approx(moved[0, 1:], abs=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("setting", "remedy"),
+    [
+        ("current=20", "Give 10 m/s at most"),
+        ("current=-300", "Give 10 m/s at most"),
+        ("viscosity=5", "Leave it out"),
+        ("viscosity=-1", "Leave it out"),
+    ],
+)
+def test_what_tears_every_body_or_changes_nothing_is_refused(setting: str, remedy: str) -> None:
+    """A current that is too fast is not simulated until all is NaN, and a viscosity is not ignored in silence."""
+    with pytest.raises(UsageError, match=remedy):
+        _made(f"ocean[water=surface,{setting}]")
+
+
+def test_impossible_water_on_a_grid_is_refused_with_the_environment() -> None:
+    """And not when its first run begins."""
+    with pytest.raises(SceneError, match="viscosity of 0 or more"):
+        _made("ocean[viscosity=-1]")
+
+
+def test_the_reason_why_scores_are_provisional_says_of_which_water() -> None:
+    """How far swimmers go is not the same in water on a grid and by forces on the surface."""
+    reason = registry.get(Kind.ENV, "ocean").provisional
+    assert "in water on a grid" in reason
+    assert "forces on the surface" in reason

@@ -17,7 +17,7 @@ from zoobench.envs.physics import LAND, Contact, Physics
 from zoobench.envs.profile import LEVEL_WAY, Profile
 from zoobench.errors import SceneError, UsageError
 from zoobench.sim.model.elastic_bodies import ElasticBody
-from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.fidelity import REST_FRAME_PARTICLES, Fidelity
 from zoobench.sim.model.grid_water import GridWater
 from zoobench.sim.model.ground_skin import SKIN, GroundSkin
 from zoobench.sim.model.laws.elastic import ElasticMaterial
@@ -129,6 +129,8 @@ class Environment:
             raise UsageError(f"An arena of {self.arena} m{depth} is not possible. Give positive lengths that fit.")
         check_material("robot", self.robot)
         self._check_density(1.0)
+        if self.water is not None:
+            self.water.check()
         if self.surface_water is not None:
             self.surface_water.check()
         if self.bed is not None:
@@ -158,7 +160,19 @@ class Environment:
         Raises:
             UsageError: that cannot be with this fidelity.
         """
-        return fidelity if self.surface_water is None else replace(fidelity, robot="lagrangian")
+        if self.surface_water is None:
+            return fidelity
+        if fidelity.particles_per_cell not in REST_FRAME_PARTICLES:
+            raise UsageError(
+                f"{fidelity.particles_per_cell} particles per cell do not hold a robot in water by forces on its "
+                "surface. Give particles_per_cell=8 or 27 with the fidelity, or choose another water."
+            )
+        if fidelity.device != "cpu":
+            raise UsageError(
+                "A robot in water by forces on its surface is simulated on the CPU alone. Give device=cpu with the "
+                "fidelity."
+            )
+        return replace(fidelity, robot="lagrangian")
 
     def scene(self, body: Body, fidelity: Fidelity, seconds: float = EPISODE_SECONDS) -> Scene:
         """The body at rest at its start, in or on the medium without overlap.

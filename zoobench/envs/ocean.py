@@ -18,6 +18,9 @@ _ROUGH = 0.5
 """Friction of a floor that is not level [-]. To the grid it is a staircase, down which water would stream for ever: at
 draft 45 mm/s on a slope of 5 degrees, where friction leaves 0.8 mm/s."""
 
+_FASTEST = 10.0
+"""Largest current [m/s]: it presses on what stands still by a sixth of a swimmer's E. At 20 some bodies tear or blow
+up, at 40 all."""
 
 _PROVISIONAL = (
     "of two gaits that turn at standard in water on a grid neither is known to be the better at paper: scores differ "
@@ -65,10 +68,22 @@ def ocean(
     * `bulk_modulus`: K of water of particles [Pa]. At 1e5 the water is compressed by 1.5 % at the bottom, and the speed
       of sound is 10 m/s.
     * `water`: `grid`, `particles` or `surface` [-].
-    * `current`: steady velocity of water by forces on the surface, ahead [m/s].
+    * `current`: steady velocity of water by forces on the surface, ahead [m/s]; at most 10 either way.
+
+    Water on a grid has no `tait_exponent`, water by forces neither that nor a `viscosity`.
     """
+    if water == "surface" and fluid.viscosity:
+        raise UsageError(
+            f"A viscosity of {fluid.viscosity:g} Pa s changes nothing in water=surface, whose friction is a "
+            "coefficient. Leave it out, or choose water=grid or water=particles."
+        )
     is_level = profile.is_level and not hills.relief
     gravity = (0.0, -physics.gravity, 0.0)
+    if abs(current) > _FASTEST:
+        raise UsageError(
+            f"A current of {current:g} m/s would crush a robot, which is soft. Give {_FASTEST:g} m/s at most, "
+            "either way."
+        )
     if current and water != "surface":
         raise UsageError(f"A current of {current:g} m/s flows in water=surface alone. Choose that, or leave it out.")
     if not is_level and water != "particles":
