@@ -18,13 +18,14 @@ def firm_ground_fault(spec: RunSpec) -> str:
 
 def rest_frame_fault(spec: RunSpec) -> str:
     """Why the run's robot cannot be simulated in its rest frame; empty if it can, or if it is not to be."""
-    env = registry.create(Kind.ENV, spec.env)
-    try:
-        env.simulated(registry.create(Kind.FIDELITY, spec.fidelity))
-    except UsageError as fault:
-        return str(fault)
+    if spec.env.kwargs.get("water") == "surface":
+        try:
+            registry.create(Kind.ENV, spec.env).simulated(registry.create(Kind.FIDELITY, spec.fidelity))
+        except UsageError as fault:
+            return str(fault)
     if spec.fidelity.kwargs.get("robot") != "lagrangian":
         return ""
+    env = registry.create(Kind.ENV, spec.env)
     if env.bed is None and env.water is None and not env.objects and not env.obstacles:
         return ""
     return (
