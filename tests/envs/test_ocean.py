@@ -78,7 +78,7 @@ def test_a_current_takes_a_robot_along() -> None:
         ("viscosity=-1", "Leave it out"),
     ],
 )
-def test_what_tears_every_body_or_changes_nothing_is_refused(setting: str, remedy: str) -> None:
+def test_a_current_that_tears_bodies_and_a_viscosity_are_refused(setting: str, remedy: str) -> None:
     """A current that is too fast is not simulated until all is NaN, and a viscosity is not ignored in silence."""
     with pytest.raises(UsageError, match=remedy):
         _made(f"ocean[water=surface,{setting}]")
