@@ -1,11 +1,13 @@
 """What needs firm ground, against the environment: robots in their rest frame, and bases that are held or move."""
 
 from collections.abc import Iterable
+from functools import lru_cache
 
 from zoobench import registry
+from zoobench.envs.base import Environment
 from zoobench.errors import UsageError
 from zoobench.registry import Kind
-from zoobench.spec import RunSpec
+from zoobench.spec import Ref, RunSpec
 
 HELD = "anchored"
 """Tag of designs that hang from a base."""
@@ -18,11 +20,8 @@ def firm_ground_fault(spec: RunSpec) -> str:
 
 def rest_frame_fault(spec: RunSpec) -> str:
     """Why the run's robot cannot be simulated in its rest frame; empty if it can, or if it is not to be."""
-    if spec.env.kwargs.get("water") == "surface":
-        try:
-            registry.create(Kind.ENV, spec.env).simulated(registry.create(Kind.FIDELITY, spec.fidelity))
-        except UsageError as fault:
-            return str(fault)
+    if fault := _fidelity_fault(spec.env, spec.fidelity):
+        return fault
     if spec.fidelity.kwargs.get("robot") != "lagrangian":
         return ""
     env = registry.create(Kind.ENV, spec.env)
@@ -33,6 +32,18 @@ def rest_frame_fault(spec: RunSpec) -> str:
         f"alone, and {spec.env.name!r} has a bed, other water, an object or an obstacle. Choose an environment "
         "without, or robot=mpm."
     )
+
+
+@lru_cache
+def _fidelity_fault(env: Ref, fidelity: Ref) -> str:
+    """Why an environment is not simulated with this fidelity; empty if it is."""
+    made = registry.create(Kind.ENV, env)
+    if isinstance(made, Environment):
+        try:
+            made.simulated(registry.create(Kind.FIDELITY, fidelity))
+        except UsageError as fault:
+            return str(fault)
+    return ""
 
 
 def held_fault(spec: RunSpec) -> str:
