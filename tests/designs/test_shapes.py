@@ -8,6 +8,7 @@ from zoobench.designs.shapes import (
     UPRIGHT,
     Distance,
     Plane,
+    above_and_below,
     capsule,
     ellipsoid,
     fin,
@@ -74,6 +75,15 @@ def test_mirrored_puts_the_right_side_on_both() -> None:
     np.testing.assert_array_equal(pair(POINTS), pair(POINTS * flip))
     right = POINTS[:, 2] > 0
     np.testing.assert_array_equal(pair(POINTS)[right], limb(POINTS)[right])
+
+
+def test_above_and_below_puts_the_upper_side_on_both() -> None:
+    """The same distance as far above a height as below."""
+    limb = capsule((0.0, 0.02, 0.0), (0.02, 0.04, 0.0), 0.01, 0.005)
+    pair, below = above_and_below(limb, 0.01), POINTS * [1.0, -1.0, 1.0] + [0.0, 0.02, 0.0]
+    np.testing.assert_allclose(pair(POINTS), pair(below), atol=1e-15)
+    upper = POINTS[:, 1] > 0.01
+    np.testing.assert_allclose(pair(POINTS)[upper], limb(POINTS)[upper], atol=1e-15)
 
 
 def test_a_smooth_union_is_the_union_but_near_the_seam() -> None:

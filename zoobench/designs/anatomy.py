@@ -121,7 +121,7 @@ class BodyPart:
 
 @dataclass(frozen=True, kw_only=True)
 class Animal:
-    """A body made of parts, drawn `REFERENCE_LENGTH` long, scaled to its length and cut off at y = 0.
+    """A body made of parts, drawn `REFERENCE_LENGTH` long and scaled to its length.
 
     Attributes:
         box: length, height and width of the bounding box [m].
@@ -130,6 +130,7 @@ class Animal:
         blend: width of the fillets between parts [m].
         length: of the animal [m].
         particles_per_cell: at least so many, whatever the fidelity says.
+        middle: height of the plane about which a swimmer is drawn [m]; without, it stands, and is cut off at y = 0.
     """
 
     box: Point
@@ -139,6 +140,7 @@ class Animal:
     blend: float = 0.006
     length: float = REFERENCE_LENGTH
     particles_per_cell: int = 1
+    middle: float | None = None
 
     def __post_init__(self) -> None:
         if not 0.0 < self.length < np.inf:
@@ -158,7 +160,7 @@ class Animal:
         """Signed distance `[n]` [m] of points `[n, 3]` [m] to the surface; negative inside."""
         drawn: Array = np.divide(points, self.scale, order="F")  # one coordinate after the other is twice as fast
         skin = smooth_union([part.solid(drawn) for part in self.parts], self.blend)
-        return self.scale * np.maximum(skin, -drawn[:, 1])
+        return self.scale * (np.maximum(skin, -drawn[:, 1]) if self.middle is None else skin)
 
     @cached_property
     def shape(self) -> Shape:
@@ -191,7 +193,16 @@ class Animal:
             density_ratio=density / np.average(density, weights=sample.volumes),
             fibres=sample.direction(self._directions(drawn, tissue), shares.sum(axis=1)),
             distance=self.distance,
+            drawn_box=self._drawn_box,
         )
+
+    @property
+    def _drawn_box(self) -> tuple[Array, Array]:
+        """Corners of the bounding box [m], that of a swimmer as far above its middle as below."""
+        lower, upper = np.array(self.shape.lower), np.array(self.shape.upper)
+        if self.middle is not None:
+            upper[1] = 2.0 * self.scale * self.middle
+        return lower, upper
 
     def _tissue(self, drawn: Array) -> Array:
         """Share of each part at each point `[n, part_count]`: 1 in the part with the least distance, blended nearby."""
@@ -241,7 +252,7 @@ def swimmer(length: float, height: float, width: float, *parts: BodyPart) -> Ani
     """A swimmer of this length [m], drawn with this height and width [m]."""
     return Animal(
         box=(REFERENCE_LENGTH, height, width), parts=parts, neck=0.022, rump=-0.022, length=length,
-        particles_per_cell=SWIMMER_PARTICLES,
+        particles_per_cell=SWIMMER_PARTICLES, middle=MIDDLE,
     )  # fmt: skip
 
 

@@ -32,6 +32,7 @@ class Body(BodyParticles):
         anchored: `[particle_count]` what is held at rest: the box around it; None for a body that is free.
         distance: signed distance `[n]` [m] of points `[n, 3]` [m] to the solid's surface, negative inside; None where
             only the particles are known.
+        drawn_box: lower and upper corner `[3]` [m] of a box around that solid, whose middle is the solid's.
         base_speed: of what is anchored, at full activity of its last three muscles' channels, which move it ahead, up
             and to the right [m/s]; 0 where it is held.
     """
@@ -47,6 +48,7 @@ class Body(BodyParticles):
     anchored: Mask | None = None
     base_speed: float = 0.0
     distance: Callable[[Array], Array] | None = None
+    drawn_box: tuple[Array, Array] | None = None
 
     @classmethod
     def of(

@@ -36,18 +36,19 @@ def hull_of(body: Body) -> Hull:
     """The surface of a body, which is kept with it."""
     kept = vars(body)
     if "_hull" not in kept:
-        triangles, edge = _of_particles(body) if body.distance is None else _of_solid(body, body.distance)
+        distance, box = body.distance, body.drawn_box
+        triangles, edge = _of_particles(body) if distance is None or box is None else _of_solid(distance, box)
         kept["_hull"] = Hull.of(triangles, edge)
     return cast("Hull", kept["_hull"])
 
 
-def _of_solid(body: Body, distance: Callable[[Array], Array]) -> tuple[Array, float]:
+def _of_solid(distance: Callable[[Array], Array], box: tuple[Array, Array]) -> tuple[Array, float]:
     """The surface of a solid in triangles `[n, 3, 3]` [m], and the edge of the cubes that it was found with [m]."""
-
-    low, high = body.box
+    low, high = box
 
     def found(edge: float) -> Array:
-        counts = np.ceil((high - low) / edge).astype(int) + 4  # symmetric where the body is
+        counts = np.ceil((high - low) / edge).astype(int) + 4
+        counts += 1 - counts % 2  # the middle planes have points, so that the surface is symmetric where the body is
         axes = [
             middle + edge * (np.arange(n) - (n - 1) / 2) for middle, n in zip((low + high) / 2, counts, strict=True)
         ]
@@ -55,7 +56,7 @@ def _of_solid(body: Body, distance: Callable[[Array], Array]) -> tuple[Array, fl
         triangles = _surface(-distance(points.reshape(-1, 3)).reshape(points.shape[:3]), 0.0, edge)
         return cast("Array", triangles + points[0, 0, 0])
 
-    coarse = _COARSE * float(body.size.max())
+    coarse = _COARSE * float((high - low).max())
     edge = coarse * math.sqrt(len(found(coarse)) / TRIANGLES)
     return found(edge), edge
 
@@ -80,14 +81,32 @@ def _of_particles(body: Body) -> tuple[Array, float]:
 
 def _surface(field: Array, level: float, edge: float) -> Array:
     """The outer surface at which a field on cubes of this edge [m] falls to a level, in triangles `[n, 3, 3]` [m] whose
-    corners are anticlockwise as seen from where it is lower. In a closed cavity no water flows."""
+    corners are anticlockwise as seen from where it is lower. In a closed cavity no water flows.
+
+    Where the field is the same above and below, or left and right, half of the surface is found, and mirrored: the
+    diagonals of marching cubes are not symmetric, and a fin with a twist makes a robot roll.
+    """
     from scipy.ndimage import binary_fill_holes
     from skimage import measure
 
     inside = field >= level
     field = np.where(binary_fill_holes(inside) & ~inside, field.max(), field)
+    middles = [(axis, field.shape[axis] // 2) for axis in (1, 2) if _is_symmetric(field, axis)]
+    for axis, middle in middles:
+        field = np.take(field, range(middle, field.shape[axis]), axis)
     corners, faces, *_ = measure.marching_cubes(  # type: ignore[no-untyped-call]
         field, level, spacing=(edge,) * 3, gradient_direction="ascent"
     )
     found = corners[faces]
+    for axis, middle in middles:
+        mirrored = found[:, ::-1].copy()
+        mirrored[..., axis] *= -1.0
+        found = np.concatenate([found, mirrored])
+        found[..., axis] += middle * edge
     return cast("Array", found[np.linalg.norm(areas(found), axis=1) > _SLIVER * edge**2])
+
+
+def _is_symmetric(field: Array, axis: int) -> bool:
+    """Whether a field on an odd number of points along an axis is its own mirror image there."""
+    span = float(np.ptp(field))
+    return field.shape[axis] % 2 == 1 and bool(np.allclose(field, np.flip(field, axis), rtol=0.0, atol=1e-9 * span))

@@ -141,6 +141,17 @@ def mirrored(solid: Distance) -> Distance:
     return distance
 
 
+def above_and_below(solid: Distance, height: float) -> Distance:
+    """A solid above a height [m], and its mirror image below."""
+
+    def distance(points: Array) -> Array:
+        folded = points.copy(order="K")
+        folded[:, 1] = height + np.abs(points[:, 1] - height)
+        return solid(folded)
+
+    return distance
+
+
 def smooth_union(distances: Sequence[Array], blend: float) -> Array:
     """The distance `[n]` to the union of solids, with fillets where two surfaces are nearer than `blend` [m].
 

@@ -1,7 +1,7 @@
 """The tuna: a deep spindle with a narrow stem and a sickle-shaped tail fin."""
 
 from zoobench.designs.anatomy import MIDDLE, SWIMMER_LENGTH, TAIL, Animal, myomeres, soft, stiff, swimmer
-from zoobench.designs.shapes import UPRIGHT, ellipsoid, fin, loft, mirrored
+from zoobench.designs.shapes import UPRIGHT, above_and_below, ellipsoid, fin, loft, mirrored
 from zoobench.registry import Kind, register
 
 _TRUNK = loft(
@@ -23,21 +23,19 @@ _TAIL_FIN = fin(
      (-0.0445, MIDDLE - 0.0156), (-0.0385, MIDDLE - 0.0064)],
     TAIL,
 )  # fmt: skip
-_BACK_FIN = fin(
-    UPRIGHT,
-    [(0.014, MIDDLE + 0.010), (0.004, MIDDLE + 0.0208), (-0.002, MIDDLE + 0.0208), (0.000, MIDDLE + 0.006)],
-    TAIL,
-)  # fmt: skip
-# as high as the fin of the back and nearly below it, so that it is not by one that the tuna dives or rolls
-_ANAL_FIN = fin(
-    UPRIGHT,
-    [(0.010, MIDDLE - 0.010), (0.000, MIDDLE - 0.0208), (-0.006, MIDDLE - 0.0208), (-0.004, MIDDLE - 0.006)],
-    TAIL,
-)  # fmt: skip
+# of back and belly, one as the other, so that it is not by one that the tuna dives or rolls
+_FINS = above_and_below(
+    fin(
+        UPRIGHT,
+        [(0.014, MIDDLE + 0.010), (0.004, MIDDLE + 0.0208), (-0.002, MIDDLE + 0.0208), (0.000, MIDDLE + 0.006)],
+        TAIL,
+    ),
+    MIDDLE,
+)
 _SIDE_FINS = mirrored(ellipsoid((0.012, MIDDLE, 0.0085), (0.009, 0.0045, 0.0045)))
 
 
-@register(Kind.DESIGN, "tuna", version=6, tags=("primitive", "water"))
+@register(Kind.DESIGN, "tuna", version=7, tags=("primitive", "water"))
 def tuna(*, length: float = SWIMMER_LENGTH) -> Animal:
     """A spindle with a sickle-shaped tail fin on a narrow stem, 0.15 m long, with eight muscles.
 
@@ -47,4 +45,4 @@ def tuna(*, length: float = SWIMMER_LENGTH) -> Animal:
     * `length`: of the whole body [m]; it is 0.42 times as high and 0.27 times as wide, fins included.
     """
     trunk = myomeres(_TRUNK)
-    return swimmer(length, 0.0421, 0.0270, trunk, *stiff(_TAIL_FIN), *soft(_BACK_FIN, _ANAL_FIN, _SIDE_FINS))
+    return swimmer(length, 0.0417, 0.0270, trunk, *stiff(_TAIL_FIN), *soft(_FINS, _SIDE_FINS))
