@@ -48,6 +48,16 @@ def test_a_fixed_body_takes_a_controller_alone() -> None:
         assert (built.matter, built.metrics) == ({}, {})
 
 
+def test_muscles_come_in_over_the_onset() -> None:
+    """From none at the beginning, by half after half of the time, and as asked for from then on."""
+    asked = _robot("caterpillar")
+    draw = torch.as_tensor(asked.initial(np.random.default_rng(0)))[None]
+    times = torch.tensor([0.0, 0.1, 0.2, 0.3], dtype=torch.float64)
+    full, less = (replace(asked, onset=onset).draft(draw, times).activity for onset in (0.0, 0.2))
+    assert full.any(dim=2).all()
+    torch.testing.assert_close(less, full * torch.tensor([0.0, 0.5, 1.0, 1.0])[:, None, None], rtol=1e-12, atol=0.0)
+
+
 def test_a_design_space_adds_its_parameters_after_the_controllers() -> None:
     """The controller's draw is the same as without it; with zeros no muscle is active."""
     fixed, free = _robot("block"), _robot("voxel")

@@ -51,6 +51,20 @@ def test_an_episode_is_the_same_as_in_one_piece(task: str) -> None:
     assert 2 * cost < problem.meter.forward <= 3 * cost
 
 
+def test_muscles_of_a_session_come_in_as_in_one_piece() -> None:
+    """In water by forces on the surface, where they come to full activity after some frames; a session has the same."""
+    problem = Problem(cell(environment="ocean[water=surface]", controller="sine-feedback", frames=FRAMES))
+    params = problem.initial(np.random.default_rng(1))
+    expected = problem.episode(params).record.actuation
+    session = new_session(problem, 1)
+    observations, found = session.begin(), []
+    for _ in range(FRAMES):
+        observations = session.step(_act(problem, params, session, observations)).observations
+        found.append(session.activity(0))
+    np.testing.assert_allclose(found, expected, rtol=1e-9)
+    assert 0.0 == np.abs(expected[0]).max() < np.abs(expected[1]).max() < 0.1
+
+
 def test_an_episode_that_is_over_must_be_begun() -> None:
     """Before the first step, and after the last."""
     session = new_session(Problem(cell(frames=1)), 1)

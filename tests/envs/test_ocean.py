@@ -58,6 +58,13 @@ def test_ground_is_refused_where_water_has_none(setting: str) -> None:
         _made(f"ocean[water=surface,{setting}]")
 
 
+@pytest.mark.parametrize(("setting", "remedy"), [("water=surface,onset=-1", "Give 0 or more"), ("onset=0.1", "alone")])
+def test_an_onset_is_refused_where_there_is_none(setting: str, remedy: str) -> None:
+    """It is a time, and one of water by forces on the surface."""
+    with pytest.raises(UsageError, match=remedy):
+        _made(f"ocean[{setting}]")
+
+
 @pytest.mark.slow
 def test_a_current_takes_a_robot_along() -> None:
     """One that does not move its muscles drifts with it in the end."""

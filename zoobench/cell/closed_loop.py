@@ -104,4 +104,6 @@ class FeedbackLoops:
         occupancy = built.matter["occupancy"][0] if built.matter else torch.as_tensor(built.body.occupancy)
         observation = self._observation_models[world].observe(frame, positions, velocities, start, occupancy)
         control = built.row[0, : self._robot.control_count]
-        return self._controller.response(control, frame * FRAME_SECONDS, observation, self._robot.body.muscle_count)
+        time = frame * FRAME_SECONDS
+        activity = self._controller.response(control, time, observation, self._robot.body.muscle_count)
+        return activity * self._robot.strength(torch.tensor(time, dtype=torch.float64))

@@ -1,6 +1,7 @@
 """The robot as a function of a parameter vector: muscle activity and, in a design space, the body."""
 
 import contextlib
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
@@ -150,6 +151,7 @@ class Robot:
         space: the design space, or None for a fixed body.
         least_occupancy: of the matter of relaxed bodies, see `Fidelity`.
         layout: of a closed loop's observations; empty in an open loop.
+        onset: see `Environment` [s].
     """
 
     controller: Controller
@@ -157,6 +159,7 @@ class Robot:
     space: DesignSpace | None
     least_occupancy: float
     layout: Layout = ()
+    onset: float = 0.0
 
     @classmethod
     def of(cls, design: Ref, controller: Ref, fidelity: Fidelity, task: Ref) -> "Robot":
@@ -254,10 +257,19 @@ class Robot:
         activity = row.new_zeros((len(times), 1, self.body.muscle_count))
         if isinstance(self.controller, OpenLoop):
             activity = self.controller.actuation(row[:, : self.control_count], times, self.body.muscle_count)
+            activity = activity * self.strength(times)[:, None, None]
         form, feasibility = None, None
         if self.space is not None:
             form, feasibility = buildable(self.space, row[:, self.control_count :], self.body)
         return Draft(row, activity, self.body, form, feasibility, self.least_occupancy)
+
+    def strength(self, times: "Tensor") -> "Tensor":
+        """Share of the activity asked for that muscles have at these times [s], of any shape: a raised cosine."""
+        import torch
+
+        if not self.onset:
+            return torch.ones_like(times)
+        return 0.5 - 0.5 * torch.cos(torch.clamp(math.pi / self.onset * times, max=math.pi))
 
     def formed(self, parameters: Array) -> Body:
         """The body at rest for `parameters` `[parameter_count]`, as it is scored.

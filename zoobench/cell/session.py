@@ -190,12 +190,14 @@ class Session:
         """Simulate a control frame in every world.
 
         Args:
-            activity: of the muscles, in [-1, 1] `[worlds, muscle_count]`.
+            activity: of the muscles, in [-1, 1] `[worlds, muscle_count]`; they have less of it in the time of onset.
 
         Raises:
             UsageError: an episode is over and was not begun again, or `activity` has another shape or range.
             BudgetExhaustedError: the budget does not suffice for this frame; nothing is simulated.
         """
+        import torch
+
         if self._over.any():
             raise UsageError(f"The episode of world {int(self._over.argmax())} is over. Begin it again before a step.")
         if not self.affords(1):
@@ -205,8 +207,9 @@ class Session:
                 f"{meter.spent(budget.kind):,.6g} are spent. Give a larger budget."
             )
         begun = self._playback.frames.tolist().count(0)
+        strength = self._problem.robot.strength(torch.as_tensor(self.times[:, None])).numpy()
         with self._metered():
-            self._playback.frame(activity)
+            self._playback.frame(self._solver.check_actuation(np.asarray(activity)[None])[0] * strength)
         self._problem.meter.episodes += begun
         rollout, frames = self._playback.rollout, self._playback.frames
         failures = {world: self._told(world, one) for world, one in {**rollout.tears, **rollout.divergences}.items()}

@@ -101,6 +101,7 @@ class Environment:
         skin: of the ground, by which it carries a robot outside water.
         water: that fills the arena, on a grid, in place of a bed; the ground is smooth.
         surface_water: that acts on the robot's surface, without bounds, in place of ground and bed.
+        onset: time in which muscles come to their full activity at the beginning of an episode [s].
         objects: about the robot.
         obstacles: on its way.
     """
@@ -118,6 +119,7 @@ class Environment:
     skin: GroundSkin = SKIN
     water: GridWater | None = None
     surface_water: SurfaceWater | None = None
+    onset: float = 0.0
     objects: Objects = NO_OBJECTS
     obstacles: Obstacles = NO_OBSTACLES
 

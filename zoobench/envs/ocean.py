@@ -1,5 +1,6 @@
 """Ocean: deep water with a neutrally buoyant swimmer, away from floor and surface."""
 
+import math
 from typing import Literal
 
 from zoobench.envs.base import Environment, Stance, equilibration_frames
@@ -13,6 +14,9 @@ from zoobench.sim.model.surface_water import SurfaceWater
 
 START = 0.4
 """Start of the robot, relative to the length."""
+
+ONSET = 0.2
+"""[s] In which muscles come to full activity in water by forces on the surface."""
 
 _ROUGH = 0.5
 """Friction of a floor that is not level [-]. To the grid it is a staircase, down which water would stream for ever: at
@@ -31,7 +35,7 @@ _PROVISIONAL = (
 
 
 @register(
-    Kind.ENV, "ocean", version=12, tags=("water", "fluid"),
+    Kind.ENV, "ocean", version=13, tags=("water", "fluid"),
     added=("water", "fluid", "hills", "profile", "physics", "current"), provisional=_PROVISIONAL,
 )  # fmt: skip
 def ocean(
@@ -46,6 +50,7 @@ def ocean(
     profile: Profile = LEVEL_WAY,
     physics: Physics = SWIMMER,
     current: float = 0.0,
+    onset: float = ONSET,
 ) -> Environment:
     """Water three times as deep as a robot is tall, which floats in the middle.
 
@@ -69,6 +74,8 @@ def ocean(
       of sound is 10 m/s.
     * `water`: `grid`, `particles` or `surface` [-].
     * `current`: steady velocity of water by forces on the surface, ahead [m/s]; at most 10 either way.
+    * `onset`: time in which muscles come to full activity in water by forces on the surface [s]; 0 for at once. A full
+      stroke from rest turns a swimmer, and on another grid by another angle, which it keeps.
 
     Water on a grid has no `tait_exponent`, water by forces neither that nor a `viscosity`.
     """
@@ -86,6 +93,10 @@ def ocean(
         )
     if current and water != "surface":
         raise UsageError(f"A current of {current:g} m/s flows in water=surface alone. Choose that, or leave it out.")
+    if not 0.0 <= onset < math.inf:
+        raise UsageError(f"An onset of {onset:g} s is not possible. Give 0 or more.")
+    if onset != ONSET and water != "surface":
+        raise UsageError(f"An onset of {onset:g} s is one of water=surface alone. Choose that, or leave it out.")
     if not is_level and water != "particles":
         raise UsageError(
             "Water on a grid has a level floor, and water by forces on the surface has none. Leave out hills, slopes, "
@@ -102,6 +113,7 @@ def ocean(
             gravity=gravity,
             water=fluid.on_grid if water == "grid" else None,
             surface_water=forces if water == "surface" else None,
+            onset=onset if water == "surface" else 0.0,
         )
     return Environment(
         robot=physics.robot,
