@@ -5,8 +5,7 @@ from typing import Any
 import pytest
 
 from tests.conformance.cells import SEA, cell
-from zoobench.cell.firm_ground import check_firm_ground, firm_ground_fault, held_fault
-from zoobench.errors import UsageError
+from zoobench.cell.firm_ground import firm_ground_fault, held_fault
 
 
 @pytest.mark.parametrize(
@@ -19,10 +18,9 @@ from zoobench.errors import UsageError
 )
 def test_a_base_is_refused_where_it_can_not_be_held_or_not_move(names: dict[str, Any], why: str) -> None:
     """With the remedy."""
-    spec = cell(**names)
-    assert why in held_fault(spec)
-    with pytest.raises(UsageError, match="Choose"):
-        check_firm_ground([spec])
+    fault = held_fault(cell(**names))
+    assert why in fault
+    assert "Choose" in fault
 
 
 @pytest.mark.parametrize(

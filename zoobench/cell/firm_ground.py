@@ -1,6 +1,5 @@
 """What needs firm ground, against the environment: robots in their rest frame, and bases that are held or move."""
 
-from collections.abc import Iterable
 from functools import lru_cache
 
 from zoobench import registry
@@ -67,10 +66,3 @@ def held_fault(spec: RunSpec) -> str:
             "environment without, or base_speed=0."
         )
     return ""
-
-
-def check_firm_ground(specs: Iterable[RunSpec]) -> None:
-    """Raise a `UsageError` if some run needs firm ground, for its robot's rest frame or its base, and has none."""
-    for spec in specs:
-        if fault := firm_ground_fault(spec):
-            raise UsageError(fault)
