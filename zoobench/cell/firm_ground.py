@@ -8,6 +8,9 @@ from zoobench.errors import UsageError
 from zoobench.registry import Kind
 from zoobench.spec import Ref, RunSpec
 
+_IDLE = ("transfer", "medium_transfer", "kernel", "sleep")
+"""Settings of a fidelity that change nothing in water by forces on the surface."""
+
 HELD = "anchored"
 """Tag of designs that hang from a base."""
 
@@ -35,13 +38,24 @@ def rest_frame_fault(spec: RunSpec) -> str:
 
 @lru_cache
 def _fidelity_fault(env: Ref, fidelity: Ref) -> str:
-    """Why an environment is not simulated with this fidelity; empty if it is."""
-    made = registry.create(Kind.ENV, env)
-    if isinstance(made, Environment):
-        try:
-            made.simulated(registry.create(Kind.FIDELITY, fidelity))
-        except UsageError as fault:
-            return str(fault)
+    """Why an environment is not simulated with this fidelity, or not otherwise than without its settings; else empty.
+
+    A run with a setting that changes nothing would be another run with the same result.
+    """
+    made, grid = registry.create(Kind.ENV, env), registry.create(Kind.FIDELITY, fidelity)
+    if not isinstance(made, Environment):
+        return ""
+    try:
+        made.simulated(grid)
+    except UsageError as fault:
+        return str(fault)
+    named = registry.create(Kind.FIDELITY, Ref(fidelity.name, fidelity.version))
+    for name in _IDLE if made.surface_water is not None else ():
+        if (value := getattr(grid, name)) != getattr(named, name):
+            return (
+                f"The fidelity's {name}={value} has no effect in water by forces on the surface. Leave it out, or "
+                "choose another water."
+            )
     return ""
 
 
