@@ -131,18 +131,19 @@ def evaluate(
     """
     import pandas as pd
 
-    from zoobench.cell.firm_ground import check_firm_ground
     from zoobench.cell.loading import check_devices
     from zoobench.cli.evaluate import targets_of
     from zoobench.cli.solutions import solution_named
-    from zoobench.studies.transfer_study import transfer
+    from zoobench.studies.transfer_study import transfer, transfer_fault
 
     found = solution_named(str(run), str(db))
     targets = targets_of(_text(env), _text(task), _text(fidelity))
     episodes = list(targets.of(found.spec))
     check_devices(episodes)
-    check_firm_ground(episodes)
     name = found.name if found.run is None else found.run.id
+    for cell in episodes:
+        if fault := transfer_fault(name, found.spec, found.params, cell):
+            raise UsageError(fault)
     return pd.DataFrame([asdict(row) for row in transfer(name, found.spec, found.params, targets)])
 
 

@@ -1,4 +1,4 @@
-"""Objects and obstacles that cannot be about a robot are refused before anything is simulated."""
+"""Scenes that cannot be made, or not with the step that is asked for, are refused before anything is simulated."""
 
 import pytest
 
@@ -48,3 +48,25 @@ def test_a_body_that_is_drawn_has_no_object_thrown_at_it() -> None:
 def test_what_has_room_is_not_refused(environment: str, design: str) -> None:
     """A body that cannot be made has its own error."""
     assert not scene_fault(cell(environment=environment, design=design, fidelity="draft"))
+
+
+@pytest.mark.parametrize(
+    ("environment", "design", "fidelity", "told"),
+    [
+        ("ground", "block", "smoke[step=0.004]", "2.24 of the largest stable one"),
+        ("ground", "voxel", "smoke[step=0.004]", "Ask for 0.00089 s, or for none"),
+        ("ocean[water=surface]", "block", "smoke[step=0.007]", "The robot sets the limit"),
+        ("ground", "caterpillar", "smoke[grid_spacing=0.3]", "shorter than a cell of 0.3 m"),
+    ],
+)
+def test_a_fidelity_that_the_robot_is_not_simulated_with_is_refused(
+    environment: str, design: str, fidelity: str, told: str
+) -> None:
+    """A step that is not stable, and cells that are larger than the robot."""
+    assert told in scene_fault(cell(environment=environment, design=design, fidelity=fidelity))
+
+
+@pytest.mark.parametrize("fidelity", ["smoke[step=0.001]", "smoke[grid_spacing=0.04]", "smoke[particles_per_cell=4]"])
+def test_a_fidelity_with_settings_that_hold_is_not_refused(fidelity: str) -> None:
+    """A stable step, larger cells and fewer particles."""
+    assert not scene_fault(cell(fidelity=fidelity))

@@ -1,14 +1,18 @@
 """How near a robot comes to the sides of its arena."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from tests.conformance.cells import cell
+from tests.conformance.cells import SEA, cell
 from tests.sim import scenes
 from tests.tasks.motions import carried
 from zoobench.cell.problem import Problem
-from zoobench.cell.wall_gap import gaps_of, wall_gaps
+from zoobench.cell.wall_gap import gaps_of, told, wall_gaps
+from zoobench.errors import Divergence
 from zoobench.sim.model.scene import Scene
+from zoobench.sim.model.surface_water import SurfaceWater
 
 LOWER, UPPER, SPACING = (0.0, 0.0, 0.0), (2.0, 0.5, 1.0), 0.1
 HERE = np.ones(2, bool)
@@ -73,3 +77,18 @@ def test_a_base_that_leaves_the_arena_is_told_so(up: float, why: str) -> None:
     found = problem.evaluate(parameters)
     assert found.score == -np.inf
     assert why in str(found.failure)
+
+
+@pytest.mark.parametrize(("current", "named"), [((8.0, 0.0, 0.0), True), ((0.0, 0.0, 0.0), False)])
+def test_what_fails_in_water_by_forces_is_told_what_crushed_it(
+    current: tuple[float, float, float], named: bool
+) -> None:
+    """A current, where there is one, and the body's strength; the water has no sides, however near they are."""
+    scene = replace(Problem(cell(environment=SEA)).scene, surface_water=SurfaceWater(current=current))
+    failure = Divergence(0, 5, 9, "finite state", np.nan, 0.5, 0, (np.nan,) * 3, "Use a smaller Courant fraction.")
+    for gap in (np.nan, 0.1):
+        advice = told(failure, gap, scene).advice
+        assert ("a weaker current" in advice) is named
+        assert "muscle_strength" in advice
+        assert "youngs_modulus" in advice
+        assert "Courant" not in advice

@@ -13,10 +13,12 @@ from tests.cli.conftest import Command
 from tests.conformance.cells import cell
 from tests.report.content import add_ended
 from zoobench.cell.problem import Problem
-from zoobench.db.rows import Ending, FinalRow, RunState
+from zoobench.db.rows import TRANSFER, Ending, FinalRow, RunState
 from zoobench.db.store import Store
+from zoobench.errors import UsageError
 from zoobench.spec import RunSpec
 from zoobench.studies import transfer_study
+from zoobench.studies.transfer_study import TransferRow
 
 
 @pytest.fixture
@@ -99,15 +101,27 @@ def test_a_gpu_that_is_not_there_is_missed_at_once(
     assert not built
 
 
-def test_a_bed_is_refused_in_the_rest_frame_at_once(
-    zoobench: Command, score: float, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("names", "why"),
+    [
+        (
+            ("--env", "desert,clay", "--fidelity", "smoke[robot=lagrangian]"),
+            "moves on firm ground and in water by forces on its surface alone, and 'desert' has a bed",
+        ),
+        (("--fidelity", "smoke[step=0.004],smoke[grid_spacing=0.3]"), "shorter than a cell of 0.3 m"),
+        (("--task", "push"), "needs an object"),
+    ],
+)
+def test_what_is_not_possible_is_refused_at_once(
+    zoobench: Command, score: float, monkeypatch: pytest.MonkeyPatch, names: tuple[str, ...], why: str
 ) -> None:
     """Not when the episodes before it are simulated."""
     built: list[RunSpec] = []
     monkeypatch.setattr(transfer_study, "Problem", lambda spec, **_: built.append(spec))
-    refused = zoobench("evaluate", "1", "--env", "ground,desert", "--fidelity", "smoke[robot=lagrangian]")
+    refused = zoobench("evaluate", "1", *names)
     assert refused.code == 2
-    assert "moves on firm ground and in water by forces on its surface alone, and 'desert' has a bed" in refused.err
+    assert why in refused.err
+    assert "Nothing was evaluated: every episode was skipped" in refused.err
     assert not built
 
 
@@ -126,6 +140,38 @@ def test_a_body_that_does_not_fit_the_fidelity_is_refused(zoobench: Command, tmp
     reply = zoobench("evaluate", "1", "--fidelity", "draft")
     assert reply.code == 2
     assert "do not fit particle" in reply.err
+
+
+def test_the_episodes_that_are_possible_are_done(zoobench: Command, tmp_path: Path) -> None:
+    """Those of other runs too; what is skipped is said before the first simulation."""
+    for design in ("particle", "caterpillar"):
+        _add_drawn(tmp_path / "zoobench.db", cell(design=design, controller="fixed-sine", frames=3))
+    reply = zoobench("evaluate", "1", "2", "--fidelity", "smoke,draft", "--format", "json")
+    assert reply.code == 0
+    assert [(row["run"], row["fidelity"][:5]) for row in json.loads(reply.out)] == [
+        (1, "smoke"), (2, "smoke"), (2, "draft"),
+    ]  # fmt: skip
+    assert reply.err.index("skipped run 1, ground x movement-speed x draft") < reply.err.index("[1/3")
+
+
+def test_an_episode_that_fails_does_not_end_the_others(
+    zoobench: Command, score: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They are stored, and the exit code tells."""
+    tried = transfer_study.tried
+
+    def failing(run: int, spec: RunSpec, parameters: tuple[float, ...], each: RunSpec) -> TransferRow:
+        if each.env.name == "ground":
+            raise UsageError("The ground gave way.")
+        return tried(run, spec, parameters, each)
+
+    monkeypatch.setattr(transfer_study, "tried", failing)
+    reply = zoobench("evaluate", "1", "--env", "ground,ice", "--format", "json")
+    assert reply.code == 1
+    assert "run 1, ground x movement-speed x draft: The ground gave way." in reply.err
+    assert [row["env"].partition("-v")[0] for row in json.loads(reply.out)] == ["ice"]
+    with Store("zoobench.db") as store:
+        assert len(next(iter(store.studies(TRANSFER))).rows) == 1
 
 
 def test_a_policy_is_not_tried_where_it_would_see_something_else(zoobench: Command, tmp_path: Path) -> None:

@@ -83,12 +83,23 @@ def test_a_current_takes_a_robot_along() -> None:
         ("current=-300", "Give 10 m/s at most"),
         ("viscosity=5", "Leave it out"),
         ("viscosity=-1", "Leave it out"),
+        ("depth=0.3", "depth=0.3 has no effect with water=surface"),
+        ("length=1", "length=1 has no effect"),
+        ("width=1", "width=1 has no effect"),
+        ("bulk_modulus=2e5", "bulk_modulus=200000 has no effect"),
+        ("tait_exponent=3", "tait_exponent=3 has no effect"),
     ],
 )
-def test_a_current_that_tears_bodies_and_a_viscosity_are_refused(setting: str, remedy: str) -> None:
-    """A current that is too fast is not simulated until all is NaN, and a viscosity is not ignored in silence."""
+def test_a_current_that_tears_bodies_and_settings_without_effect_are_refused(setting: str, remedy: str) -> None:
+    """A current that is too fast is not simulated until all is NaN, and no setting is ignored in silence."""
     with pytest.raises(UsageError, match=remedy):
         _made(f"ocean[water=surface,{setting}]")
+
+
+def test_settings_at_their_defaults_and_those_of_other_water_are_not_refused() -> None:
+    """What a run's reference holds without being typed stays as it was."""
+    _made("ocean[water=surface,depth=0.15625,length=0.4375,width=0.1875,bulk_modulus=1e5,tait_exponent=7,viscosity=0]")
+    _made("ocean[water=particles,depth=0.3,length=1,width=1,bulk_modulus=2e5,tait_exponent=3,viscosity=5]")
 
 
 def test_impossible_water_on_a_grid_is_refused_with_the_environment() -> None:

@@ -1,6 +1,5 @@
 """What needs firm ground, against the environment: robots in their rest frame, and bases that are held or move."""
 
-from collections.abc import Iterable
 from functools import lru_cache
 
 from zoobench import registry
@@ -8,6 +7,9 @@ from zoobench.envs.base import Environment
 from zoobench.errors import UsageError
 from zoobench.registry import Kind
 from zoobench.spec import Ref, RunSpec
+
+_IDLE = ("transfer", "medium_transfer", "kernel", "sleep")
+"""Settings of a fidelity that change nothing in water by forces on the surface."""
 
 HELD = "anchored"
 """Tag of designs that hang from a base."""
@@ -36,13 +38,24 @@ def rest_frame_fault(spec: RunSpec) -> str:
 
 @lru_cache
 def _fidelity_fault(env: Ref, fidelity: Ref) -> str:
-    """Why an environment is not simulated with this fidelity; empty if it is."""
-    made = registry.create(Kind.ENV, env)
-    if isinstance(made, Environment):
-        try:
-            made.simulated(registry.create(Kind.FIDELITY, fidelity))
-        except UsageError as fault:
-            return str(fault)
+    """Why an environment is not simulated with this fidelity, or not otherwise than without its settings; else empty.
+
+    A run with a setting that changes nothing would be another run with the same result.
+    """
+    made, grid = registry.create(Kind.ENV, env), registry.create(Kind.FIDELITY, fidelity)
+    if not isinstance(made, Environment):
+        return ""
+    try:
+        made.simulated(grid)
+    except UsageError as fault:
+        return str(fault)
+    named = registry.create(Kind.FIDELITY, Ref(fidelity.name, fidelity.version))
+    for name in _IDLE if made.surface_water is not None else ():
+        if (value := getattr(grid, name)) != getattr(named, name):
+            return (
+                f"The fidelity's {name}={value} has no effect in water by forces on the surface. Leave it out, or "
+                "choose another water."
+            )
     return ""
 
 
@@ -67,10 +80,3 @@ def held_fault(spec: RunSpec) -> str:
             "environment without, or base_speed=0."
         )
     return ""
-
-
-def check_firm_ground(specs: Iterable[RunSpec]) -> None:
-    """Raise a `UsageError` if some run needs firm ground, for its robot's rest frame or its base, and has none."""
-    for spec in specs:
-        if fault := firm_ground_fault(spec):
-            raise UsageError(fault)

@@ -133,12 +133,12 @@ class Problem:
     def _holds(self, count: int, gradient: bool) -> bool:
         budget, meter = self.spec.budget, self.meter
         if budget.kind == "substeps":
-            return meter.substeps + self._cost(count, gradient) <= budget.amount
+            return meter.substeps + self.cost(count, gradient) <= budget.amount
         if budget.kind == "episodes":
             return meter.episodes + count <= budget.amount
         return meter.is_left(budget)
 
-    def _cost(self, count: int, gradient: bool) -> int:
+    def cost(self, count: int, gradient: bool) -> int:
         """Expected substeps of so many evaluations."""
         passes = _GRADIENT_PASSES if self.robot.space is None else _RELAXED_PASSES
         return count * self.expected_substeps * (passes if gradient else 1)
@@ -268,7 +268,7 @@ class Problem:
 
     def _exhausted(self, count: int, gradient: bool) -> str:
         budget = self.spec.budget
-        cost = self._cost(count, gradient) if budget.kind == "substeps" else count
+        cost = self.cost(count, gradient) if budget.kind == "substeps" else count
         return (
             f"{count} evaluations {'with' if gradient else 'without'} gradient would cost {cost:,} "
             f"{budget.kind}, but {self.meter.spent(budget.kind):,.6g} of {budget.amount:,.6g} are spent. "

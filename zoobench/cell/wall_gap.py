@@ -22,6 +22,12 @@ _PRESSED = (
 
 _RAISED = "A base that moves has gone through the ceiling: have it rise less, by a lower base_speed or fewer frames."
 
+_IN_WATER = (
+    "The body is too soft for its muscles and the water: give {}weaker muscles (muscle_strength) or a stiffer body "
+    "(youngs_modulus)."
+)
+"""Where a robot failed in water by forces on its surface, which has no sides; shorter steps do not help there."""
+
 _SIDES = (0, 2)
 """The axes along which the arena has sides; the ground and the ceiling do not count."""
 
@@ -49,8 +55,13 @@ def reading(gaps: Array) -> dict[str, Metric]:
 def told(failure: Divergence, gap: float, scene: Scene) -> Divergence:
     """The failure of a robot that had come so near to a side [cells]: near one it has met that, and has not torn.
 
-    A base that moves, which nothing stops, takes its robot through the ground and the ceiling.
+    A base that moves, which nothing stops, takes its robot through the ground and the ceiling. Water by forces on the
+    surface has no sides.
     """
+    if scene.surface_water is not None:
+        return replace(
+            failure, advice=_IN_WATER.format("a weaker current, " if any(scene.surface_water.current) else "")
+        )
     if gap < LEAST_WALL_GAP:
         return replace(failure, advice=_ADVICE)
     if scene.robot.drive is not None and failure.quantity == BEYOND:

@@ -1,20 +1,22 @@
 """`zoobench evaluate`: the solutions of runs in other environments, tasks or fidelities."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict
 from itertools import chain
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NamedTuple
+
+from typer import Exit
 
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, DoneRunsArgument, FormatOption, component_option
 from zoobench.cli.output import Format, emit, emit_several, say
 from zoobench.cli.solutions import NamedSolution, names_published, solution_named, solution_of_run
 from zoobench.cli.steps import Steps
 from zoobench.cli.studies import save_each
-from zoobench.errors import UsageError
+from zoobench.errors import DivergenceError, UsageError
 
 if TYPE_CHECKING:
     from zoobench.registry import Kind
-    from zoobench.spec import Ref
+    from zoobench.spec import Ref, RunSpec
     from zoobench.studies.transfer_study import TransferRow, TransferTargets
 
 
@@ -32,18 +34,16 @@ def evaluate(
     """Evaluate solutions in other environments.
 
     The unchanged solution of each run is simulated for one episode in each environment, task and fidelity, and the
-    scores are stored. Without runs, the command prints all stored scores as a matrix: a row for where a solution was
-    trained, a column for where it was evaluated.
+    scores are stored. Episodes that are not possible are skipped with the reason. Without runs, the command prints all
+    stored scores as a matrix: a row for where a solution was trained, a column for where it was evaluated.
     """
     if not runs:
         chosen = (("--env", env), ("--task", task), ("--fidelity", fidelity))
         _show(db, form, [word for name, text in chosen if text for word in (name, text)])
         return
-    from zoobench.cell.firm_ground import check_firm_ground
     from zoobench.cell.loading import check_devices
     from zoobench.db.rows import TRANSFER
     from zoobench.db.store import Store
-    from zoobench.report.labels import labels
     from zoobench.report.transfer_table import episode_listing, episode_overview
     from zoobench.spec import Ref
     from zoobench.studies.transfer_study import stored
@@ -54,22 +54,79 @@ def evaluate(
     if typed := [text for text in runs if not names_published(text)]:
         with Store(db, create=False) as store:
             own = [solution_of_run(store, text) for text in typed]
-    saved = save_each(db, TRANSFER, _all(own, targets), stored) if own else iter(())
-    episodes = [spec for each in (*own, *published) for spec in targets.of(each.spec)]
-    check_devices(episodes)  # before any of them
-    check_firm_ground(episodes)
-    names = [labels(getattr(spec, axis) for spec in episodes) for axis in ("env", "task", "fidelity")]
-    found = []
+    episodes = [_Episode(each, cell) for each in (*own, *published) for cell in targets.of(each.spec)]
+    check_devices(each.cell for each in episodes)  # before any of them
+    place = _places(episodes)
+    episodes = _possible(episodes, place)
+    found, failed = [], []
     with Steps(len(episodes)) as steps:
-        for row in chain(saved, _all(published, targets)):
+
+        def fail(episode: _Episode, error: Exception) -> None:
+            failed.append(episode)
+            steps.end(f"{episode.title}, {place(*episode.refs)}: {error}")
+
+        kept = [each for each in episodes if each.solution.run is not None]
+        saved = save_each(db, TRANSFER, _all(kept, fail), stored) if kept else iter(())
+        for row in chain(saved, _all([each for each in episodes if each.solution.run is None], fail)):
             found.append(row)
-            places = zip(names, map(Ref.parse, (row.env, row.task, row.fidelity)), strict=True)
-            place = " x ".join(known[ref] for known, ref in places)
-            steps.end(f"{row.title}, {place}: {row.result}")
+            steps.end(f"{row.title}, {place(*map(Ref.parse, (row.env, row.task, row.fidelity)))}: {row.result}")
     if published:
         say("Scores of published solutions are shown and not stored: the database does not have their runs.")
     documents = [asdict(row) for row in found]
     emit(episode_overview(documents), form, programs=episode_listing(documents))
+    if failed:
+        raise Exit(1)
+
+
+class _Episode(NamedTuple):
+    """An episode of a solution, in the cell of another run or its own."""
+
+    solution: NamedSolution
+    cell: "RunSpec"
+
+    @property
+    def run(self) -> int | str:
+        """Number of the run that found the solution, or its name if it is published."""
+        return self.solution.name if self.solution.run is None else self.solution.run.id
+
+    @property
+    def title(self) -> str:
+        """The run, for people."""
+        return f"run {self.run}" if isinstance(self.run, int) else self.run
+
+    @property
+    def refs(self) -> "tuple[Ref, Ref, Ref]":
+        """Where it is."""
+        return self.cell.env, self.cell.task, self.cell.fidelity
+
+
+def _places(episodes: Sequence[_Episode]) -> "Callable[[Ref, Ref, Ref], str]":
+    """Names of environment, task and fidelity, with as many settings as it takes to tell these episodes apart."""
+    from zoobench.report.labels import labels
+
+    names = [labels(refs) for refs in zip(*(each.refs for each in episodes), strict=True)]
+    return lambda *refs: " x ".join(known[ref] for known, ref in zip(names, refs, strict=True))
+
+
+def _possible(episodes: Sequence[_Episode], place: "Callable[[Ref, Ref, Ref], str]") -> list[_Episode]:
+    """The episodes that are possible; of the others it is said why they are not.
+
+    Raises:
+        UsageError: none is.
+    """
+    from zoobench.studies.transfer_study import transfer_fault
+
+    left = []
+    for each in episodes:
+        if fault := transfer_fault(each.run, each.solution.spec, each.solution.params, each.cell):
+            say(f"  skipped {each.title}, {place(*each.refs)}: {fault}")
+        else:
+            left.append(each)
+    if not left:
+        raise UsageError(
+            "Nothing was evaluated: every episode was skipped, for the reasons above. Change what they name."
+        )
+    return left
 
 
 def targets_of(env: str, task: str, fidelity: str) -> "TransferTargets":
@@ -120,8 +177,12 @@ def _show(db: str, form: Format, others: list[str]) -> None:
         say("cells: mean over runs ± half of the 95 % Student-t interval; bold or *: where the solutions were trained")
 
 
-def _all(solutions: Iterable[NamedSolution], targets: "TransferTargets") -> "Iterator[TransferRow]":
-    from zoobench.studies.transfer_study import transfer
+def _all(episodes: Iterable[_Episode], fail: Callable[[_Episode, Exception], None]) -> "Iterator[TransferRow]":
+    """The rows of these episodes; `fail` is called with those that end without one."""
+    from zoobench.studies.transfer_study import tried
 
-    for each in solutions:
-        yield from transfer(each.name if each.run is None else each.run.id, each.spec, each.params, targets)
+    for each in episodes:
+        try:
+            yield tried(each.run, each.solution.spec, each.solution.params, each.cell)
+        except (UsageError, DivergenceError) as error:
+            fail(each, error)

@@ -106,8 +106,7 @@ def run(
     queued = queue(cells, db, retry=retry, rerun=rerun, priority=priority)
     if all(isinstance(cell, Skip) for cell in cells):
         raise UsageError(
-            "Nothing was run: every combination was skipped, for the reasons above. Choose another method, controller "
-            "or design."
+            "Nothing was run: every combination was skipped, for the reasons above. Change what they name."
         )
     if no_wait:
         _tell_sweep(queued, db)

@@ -12,6 +12,8 @@ from zoobench.errors import UsageError
 from zoobench.registry import Kind, register
 from zoobench.sim.model.surface_water import SurfaceWater
 
+_DEPTH, _LENGTH, _WIDTH, _BULK_MODULUS = 0.15625, 0.4375, 0.1875, 1e5
+
 START = 0.4
 """Start of the robot, relative to the length."""
 
@@ -40,10 +42,10 @@ _PROVISIONAL = (
 )  # fmt: skip
 def ocean(
     *,
-    depth: float = 0.15625,
-    length: float = 0.4375,
-    width: float = 0.1875,
-    bulk_modulus: float = 1e5,
+    depth: float = _DEPTH,
+    length: float = _LENGTH,
+    width: float = _WIDTH,
+    bulk_modulus: float = _BULK_MODULUS,
     water: Literal["grid", "particles", "surface"] = "grid",
     fluid: Water = FRESH_WATER,
     hills: Hills = LEVEL,
@@ -68,8 +70,7 @@ def ocean(
     has none.
 
     * `depth`: of the water above the lowest ground [m].
-    * `length`, `width`: of water and arena along x and z, on a grid at least [m]; no bounds of water by forces on the
-      surface.
+    * `length`, `width`: of water and arena along x and z, on a grid at least [m].
     * `bulk_modulus`: K of water of particles [Pa]. At 1e5 the water is compressed by 1.5 % at the bottom, and the speed
       of sound is 10 m/s.
     * `water`: `grid`, `particles` or `surface` [-].
@@ -77,12 +78,17 @@ def ocean(
     * `onset`: time in which muscles come to full activity in water by forces on the surface [s]; 0 for at once. A full
       stroke from rest turns a swimmer, and on another grid by another angle, which it keeps.
 
-    Water on a grid has no `tait_exponent`, water by forces neither that nor a `viscosity`.
+    Water on a grid has no `tait_exponent`. Water by forces has neither that nor a `viscosity`, a `depth`, a `length`, a
+    `width` and a `bulk_modulus`: other values than the default ones are refused there.
     """
-    if water == "surface" and fluid.viscosity:
-        raise UsageError(
-            f"A viscosity of {fluid.viscosity:g} Pa s changes nothing in water=surface, whose friction is a "
-            "coefficient. Leave it out, or choose water=grid or water=particles."
+    if water == "surface":
+        _check_no_idle(
+            depth=(depth, _DEPTH),
+            length=(length, _LENGTH),
+            width=(width, _WIDTH),
+            bulk_modulus=(bulk_modulus, _BULK_MODULUS),
+            tait_exponent=(fluid.tait_exponent, FRESH_WATER.tait_exponent),
+            viscosity=(fluid.viscosity, FRESH_WATER.viscosity),
         )
     is_level = profile.is_level and not hills.relief
     gravity = (0.0, -physics.gravity, 0.0)
@@ -127,3 +133,13 @@ def ocean(
         hills=hills,
         profile=profile,
     )
+
+
+def _check_no_idle(**settings: tuple[float, float]) -> None:
+    """Refuse settings without effect in water by forces on the surface, each with its default: they make new runs."""
+    for name, (value, default) in settings.items():
+        if value != default:
+            raise UsageError(
+                f"{name}={value:g} has no effect with water=surface, which is without bounds and incompressible, and "
+                "whose friction is a coefficient. Leave it out, or choose water=grid or water=particles."
+            )

@@ -10,6 +10,7 @@ from zoobench.cell.firm_ground import firm_ground_fault
 from zoobench.cell.scene_fault import scene_fault
 from zoobench.cell.task_fault import task_fault
 from zoobench.errors import UnknownNameError, UsageError
+from zoobench.harness.budget_fault import budget_fault
 from zoobench.registry import Kind
 from zoobench.spec import Budget, Ref, RunSpec, Selector, matching, on_gpu
 
@@ -164,8 +165,11 @@ def _why_impossible(spec: RunSpec) -> str | None:
         )
     if fault := firm_ground_fault(spec) or scene_fault(spec):
         return fault
-    if NEEDS_GRADIENT not in method.tags:
-        return None
+    return (_gradient_fault(spec) if NEEDS_GRADIENT in method.tags else "") or budget_fault(spec) or None
+
+
+def _gradient_fault(spec: RunSpec) -> str:
+    """Why a run has no gradient; empty if it has one."""
     others = (
         (Kind.ENV, spec.env),
         (Kind.TASK, spec.task),
@@ -174,5 +178,5 @@ def _why_impossible(spec: RunSpec) -> str | None:
     )
     for kind, ref in others:
         if HAS_NO_GRADIENT in registry.get(kind, ref.name, ref.version).tags:
-            return f"The method {method.name!r} needs a gradient, and the {kind.noun} {ref.name!r} has none."
-    return None
+            return f"The method {spec.method.name!r} needs a gradient, and the {kind.noun} {ref.name!r} has none."
+    return ""

@@ -70,12 +70,28 @@ class Work(NamedTuple):
     iterations: int = 0
 
 
+class First(NamedTuple):
+    """The least that the first iteration of a method takes, by its settings alone.
+
+    Attributes:
+        episodes: that are begun.
+        frames: control frames without a gradient, which the method asks the budget for before it simulates any.
+        gradient_frames: the same with their gradient.
+    """
+
+    episodes: int
+    frames: int = 0
+    gradient_frames: int = 0
+
+
 class Method(Protocol):
     """An optimiser.
 
     One that needs gradients is registered with the tag `gradient`; cells without gradients are skipped with a reason.
     It may have `work(frames: int) -> Work`, the work of an iteration with episodes of so many control frames; without
-    it `zoobench run --dry-run` has nothing to estimate from before the first run is done.
+    it `zoobench run --dry-run` has nothing to estimate from before the first run is done. It may have
+    `first(frames: int) -> First`, by which a budget that does not suffice for the first iteration is refused before the
+    run.
     """
 
     def run(self, problem: Problem, context: RunContext) -> Solution:

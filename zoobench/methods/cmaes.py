@@ -14,7 +14,7 @@ from zoobench.cell.episode import Evaluation
 from zoobench.cell.problem import Problem
 from zoobench.errors import UsageError
 from zoobench.inputs import FROM_NONE, StoredRun
-from zoobench.methods.base import RunContext, Solution, Work
+from zoobench.methods.base import First, RunContext, Solution, Work
 from zoobench.methods.generations import Told, evolve, scores_of
 from zoobench.registry import Kind, register
 
@@ -47,6 +47,10 @@ class CmaEs:
     def work(self, frames: int) -> Work:
         """A generation."""
         return Work(frames=self.population * frames)
+
+    def first(self, frames: int) -> First:
+        """A generation."""
+        return First(self.population, frames=self.population * frames)
 
     def run(self, problem: Problem, context: RunContext) -> Solution:
         """Evolve until the budget does not suffice for another generation."""

@@ -13,7 +13,7 @@ from zoobench.cell.problem import Problem
 from zoobench.errors import UsageError
 from zoobench.inputs import FROM_NONE, StoredRun
 from zoobench.methods.adam import Adam
-from zoobench.methods.base import Incumbent, RunContext, Solution, Work, keep, report, resume, unpack
+from zoobench.methods.base import First, Incumbent, RunContext, Solution, Work, keep, report, resume, unpack
 from zoobench.methods.generations import goes_on
 from zoobench.registry import Kind, register
 
@@ -54,6 +54,11 @@ class DiffPhysics:
     def work(self, frames: int) -> Work:
         """A gradient of every restart."""
         return Work(gradient_frames=self.restarts * frames, iterations=self.iterations)
+
+    def first(self, frames: int) -> First:
+        """A gradient of every restart; those from one start may all be the same."""
+        count = 1 if self.start else self.restarts
+        return First(count, gradient_frames=count * frames)
 
     def run(self, problem: Problem, context: RunContext) -> Solution:
         """Ascend until the iterations or the budget are spent; the first iteration is always tried."""

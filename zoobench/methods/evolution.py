@@ -9,7 +9,7 @@ import numpy as np
 from zoobench.arrays import Array
 from zoobench.cell.episode import Evaluation
 from zoobench.cell.problem import Problem
-from zoobench.methods.base import RunContext, Solution, Work
+from zoobench.methods.base import First, RunContext, Solution, Work
 from zoobench.methods.cmaes import Strategies, check_strategy
 from zoobench.methods.generations import Told, evolve
 from zoobench.methods.hyperneat import Bodies, check_generations
@@ -40,6 +40,10 @@ class Evolution:
     def work(self, frames: int) -> Work:
         """A generation."""
         return Work(frames=self.population * frames, iterations=self.generations)
+
+    def first(self, frames: int) -> First:
+        """A generation."""
+        return First(self.population, frames=self.population * frames)
 
     def run(self, problem: Problem, context: RunContext) -> Solution:
         """Evolve until the generations or the budget are spent.

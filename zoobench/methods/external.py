@@ -13,7 +13,7 @@ from zoobench.cell.problem import Problem
 from zoobench.cell.session import new_session
 from zoobench.errors import DivergenceError, UsageError
 from zoobench.inputs import NO_FILE, InputFile, path_of, read
-from zoobench.methods.base import RunContext, Solution, Work, keep, report, resume
+from zoobench.methods.base import First, RunContext, Solution, Work, keep, report, resume
 from zoobench.registry import Kind, register
 
 if TYPE_CHECKING:
@@ -53,6 +53,10 @@ class External:
     def work(self, frames: int) -> Work:
         """Two episodes."""
         return Work(frames=EPISODES * frames, iterations=1)
+
+    def first(self, frames: int) -> First:
+        """Both episodes, whose substeps are known only as they are simulated."""
+        return First(EPISODES)
 
     def run(self, problem: Problem, context: RunContext) -> Solution:
         """Let the agent act for an episode, and play it again.

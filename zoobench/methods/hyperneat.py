@@ -16,7 +16,7 @@ from zoobench.arrays import Array
 from zoobench.cell.episode import Evaluation
 from zoobench.cell.problem import Problem
 from zoobench.errors import UsageError
-from zoobench.methods.base import RunContext, Solution, Work
+from zoobench.methods.base import First, RunContext, Solution, Work
 from zoobench.methods.cppn import ACTIVATIONS, patterns
 from zoobench.methods.generations import AskAndTell, Told, evolve, scores_of
 from zoobench.registry import Kind, register
@@ -56,6 +56,10 @@ class HyperNeat:
     def work(self, frames: int) -> Work:
         """A generation."""
         return Work(frames=self.population * frames, iterations=self.generations)
+
+    def first(self, frames: int) -> First:
+        """A generation."""
+        return First(self.population, frames=self.population * frames)
 
     def run(self, problem: Problem, context: RunContext) -> Solution:
         """Evolve until the generations or the budget are spent.

@@ -13,7 +13,7 @@ from zoobench.arrays import Array
 from zoobench.cell.problem import Problem
 from zoobench.cell.session import Session, new_session
 from zoobench.errors import BudgetExhaustedError, UsageError, extra
-from zoobench.methods.base import Incumbent, RunContext, Solution, Work, keep, report, resume, unpack
+from zoobench.methods.base import First, Incumbent, RunContext, Solution, Work, keep, report, resume, unpack
 from zoobench.registry import Kind, register
 
 if TYPE_CHECKING:
@@ -78,6 +78,11 @@ class Ppo:
     def work(self, frames: int) -> Work:
         """A buffer and the evaluation after it."""
         return Work(frames=self.buffer + frames, iterations=math.ceil(self.timesteps / self.buffer))
+
+    def first(self, frames: int) -> First:
+        """A buffer, for which every world begins episodes, and the evaluation after it."""
+        begun = self.worlds * math.ceil(self.buffer / self.worlds / frames)
+        return First(begun + 1, frames=self.buffer + frames)
 
     def run(self, problem: Problem, context: RunContext) -> Solution:
         """Train until the budget does not suffice for another buffer and the evaluation after it.

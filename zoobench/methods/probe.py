@@ -10,7 +10,7 @@ from zoobench.arrays import Array
 from zoobench.cell.problem import Problem
 from zoobench.errors import UsageError
 from zoobench.inputs import checked_run_name, solution_in
-from zoobench.methods.base import RunContext, Solution, Work, keep, report, resume
+from zoobench.methods.base import First, RunContext, Solution, Work, keep, report, resume
 from zoobench.registry import Kind, register
 
 
@@ -46,6 +46,10 @@ class Probe:
         """A gait, its gradient shared out among all."""
         share = min(1.0, self.gradients / max(1, self.last * len(self._runs())))
         return Work(frames=(1.0 - share) * frames, gradient_frames=share * frames)
+
+    def first(self, frames: int) -> First:
+        """A gait."""
+        return First(1, gradient_frames=frames) if self.gradients else First(1, frames=frames)
 
     def run(self, problem: Problem, context: RunContext) -> Solution:
         """Evaluate until the gaits or the budget are spent; the solution is the best gait."""

@@ -10,7 +10,7 @@ from zoobench.cell.episode import Evaluation
 from zoobench.cell.problem import Problem
 from zoobench.errors import UsageError, extra
 from zoobench.methods.archive import Archive
-from zoobench.methods.base import RunContext, Solution, Work
+from zoobench.methods.base import First, RunContext, Solution, Work
 from zoobench.methods.cmaes import check_strategy
 from zoobench.methods.generations import AskAndTell, Told, evolve, scores_of
 from zoobench.registry import Kind, register
@@ -61,6 +61,10 @@ class QualityDiversity:
     def work(self, frames: int) -> Work:
         """A generation."""
         return Work(frames=self.population * frames)
+
+    def first(self, frames: int) -> First:
+        """A generation."""
+        return First(self.population, frames=self.population * frames)
 
     def run(self, problem: Problem, context: RunContext) -> Solution:
         """Fill the archive until the budget does not suffice for another generation.

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from zoobench.cell.problem import Problem
 from zoobench.errors import UsageError
-from zoobench.methods.base import RunContext, Solution, Work, keep, report, resume
+from zoobench.methods.base import First, RunContext, Solution, Work, keep, report, resume
 from zoobench.registry import Kind, register
 
 
@@ -26,6 +26,10 @@ class RandomSearch:
     def work(self, frames: int) -> Work:
         """A batch."""
         return Work(frames=self.batch * frames)
+
+    def first(self, frames: int) -> First:
+        """A draw, to which the batch may be reduced."""
+        return First(1, frames=frames)
 
     def run(self, problem: Problem, context: RunContext) -> Solution:
         """Draw, evaluate and keep the best; the last batch is reduced to fit the budget."""

@@ -7,8 +7,11 @@ from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
+from zoobench.cell.firm_ground import firm_ground_fault
 from zoobench.cell.problem import Problem
 from zoobench.cell.robot import Robot
+from zoobench.cell.scene_fault import scene_fault
+from zoobench.cell.task_fault import task_fault
 from zoobench.db.rows import StudyRow
 from zoobench.errors import UsageError
 from zoobench.spec import Budget, Ref, RunSpec
@@ -83,41 +86,55 @@ def transfer(
         MisfitError: the parameters do not fit a target: those of a design space may depend on the fidelity.
         UsageError: a closed loop observes something else of the task.
     """
-    home = (str(spec.env), str(spec.task), str(spec.fidelity))
     for cell in targets.of(spec):
-        problem = Problem(cell, worlds=1)
-        _check_senses(run, spec, problem)
-        if problem.parameter_count != len(parameters):
-            raise MisfitError(
-                f"The {len(parameters)} parameters of {_title(run)} do not fit {spec.design.name} at {cell.fidelity}, "
-                f"where it takes {problem.parameter_count}. Keep to the run's own fidelity, {spec.fidelity}."
+        yield tried(run, spec, parameters, cell)
+
+
+def tried(run: int | str, spec: RunSpec, parameters: Sequence[float], cell: RunSpec) -> TransferRow:
+    """Try the solution of a run in a cell; raises as `transfer`."""
+    problem = Problem(cell, worlds=1)
+    _check_fit(run, spec, len(parameters), cell, problem.robot)
+    found = problem.evaluate(np.array(parameters))
+    return TransferRow(
+        run=run,
+        design=str(spec.design),
+        method=str(spec.method),
+        seed=spec.seed,
+        home=(str(spec.env), str(spec.task), str(spec.fidelity)),
+        env=str(cell.env),
+        task=str(cell.task),
+        fidelity=str(cell.fidelity),
+        frames=cell.frames,
+        score=found.score if math.isfinite(found.score) else None,
+        unit=problem.task.unit,
+        reason="" if found.failure is None else str(found.failure),
+    )
+
+
+def transfer_fault(run: int | str, spec: RunSpec, parameters: Sequence[float], cell: RunSpec) -> str:
+    """Why the solution of a run cannot be tried in a cell, before anything is simulated; empty if it can."""
+    try:
+        if fault := task_fault(cell) or firm_ground_fault(cell) or scene_fault(cell):
+            return fault
+        _check_fit(run, spec, len(parameters), cell, Robot.of_run(cell))
+    except UsageError as error:
+        return str(error)
+    return ""
+
+
+def _check_fit(run: int | str, spec: RunSpec, count: int, cell: RunSpec, robot: Robot) -> None:
+    """Raise UsageError if the solution's parameters do not fit the cell's robot, or mean something else there."""
+    if cell.task != spec.task:
+        home = Robot.of_run(replace(cell, task=spec.task))
+        if home.layout != robot.layout:
+            raise UsageError(
+                f"The controller {spec.controller.name} of {_title(run)} observes {home.senses}; at {cell.task.name} "
+                f"it would be given {robot.senses}. Keep to the task {spec.task.name}."
             )
-        found = problem.evaluate(np.array(parameters))
-        yield TransferRow(
-            run=run,
-            design=str(spec.design),
-            method=str(spec.method),
-            seed=spec.seed,
-            home=home,
-            env=str(cell.env),
-            task=str(cell.task),
-            fidelity=str(cell.fidelity),
-            frames=cell.frames,
-            score=found.score if math.isfinite(found.score) else None,
-            unit=problem.task.unit,
-            reason="" if found.failure is None else str(found.failure),
-        )
-
-
-def _check_senses(run: int | str, spec: RunSpec, problem: Problem) -> None:
-    """Raise UsageError if the controller would be given another observation than where it was found."""
-    if problem.spec.task == spec.task:
-        return
-    home = Robot.of(spec.design, spec.controller, problem.fidelity, spec.task)
-    if home.layout != problem.robot.layout:
-        raise UsageError(
-            f"The controller {spec.controller.name} of {_title(run)} observes {home.senses}; at "
-            f"{problem.spec.task.name} it would be given {problem.robot.senses}. Keep to the task {spec.task.name}."
+    if robot.parameter_count != count:
+        raise MisfitError(
+            f"The {count} parameters of {_title(run)} do not fit {spec.design.name} at {cell.fidelity}, where it takes "
+            f"{robot.parameter_count}. Keep to the run's own fidelity, {spec.fidelity}."
         )
 
 
