@@ -28,7 +28,7 @@ _TAIL_FIN = fin(
 _FINS = above_and_below(
     fin(
         UPRIGHT,
-        [(0.018, MIDDLE + 0.010), (0.008, MIDDLE + 0.0200), (0.002, MIDDLE + 0.0200), (0.004, MIDDLE + 0.009)],
+        [(0.018, MIDDLE + 0.010), (0.008, MIDDLE + 0.0206), (0.002, MIDDLE + 0.0206), (0.004, MIDDLE + 0.009)],
         TAIL,
     ),
     MIDDLE,
