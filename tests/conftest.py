@@ -127,9 +127,12 @@ def postgres() -> Iterator[Server]:
         pytest.skip(str(error))
 
 
-@pytest.fixture(params=["sqlite", "postgresql"])
+@pytest.fixture(params=["sqlite", pytest.param("postgresql", marks=pytest.mark.slow)])
 def location(request: pytest.FixtureRequest, tmp_path: Path) -> str:
-    """Where a new database will be, of each kind: what is said of one holds for the other."""
+    """Where a new database will be, of each kind: what is said of one holds for the other.
+
+    In fast tests `tests/db/test_postgres.py` and `test_store.py` have PostgreSQL.
+    """
     if request.param == "sqlite":
         return str(tmp_path / "zoo.db")
     return str(request.getfixturevalue("postgres").new_database())

@@ -185,6 +185,15 @@ def test_a_plugin_is_listed_runs_and_is_in_the_table(site: Path) -> None:
     assert {(each["distribution"], each["version"]) for each in told.values()} == {("zoo_moon", "1.0")}
     assert {len(each["code"]) for each in told.values()} == {64}
     assert "has changed" not in run.err
+
+
+@pytest.mark.slow  # six commands, each of which loads the simulator or the statistics
+def test_a_plugin_whose_code_has_changed_is_told_of(site: Path) -> None:
+    """By every command that queues, does or compares its runs, and in the table beside what it has done."""
+    cell = ("--env", "moon[friction=0.2]", "--task", "hopping", "--design", "brick", "--method", "content")
+    size = ("--fidelity", "draft", "--frames", "4", "--budget", "2 episodes", "--seeds", "1")
+    (run,) = zoobench(site, ("run", *cell, *size, "-j", "1"))
+    assert run.code == 0, run.err
     module = site / "zoo_moon.py"
     module.write_text(GOOD.replace("Draw once.", "Draw but once."))
     more = (*cell, *size[:-1], "2")

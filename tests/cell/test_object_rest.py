@@ -9,6 +9,7 @@ from zoobench.cell.problem import Problem
 from zoobench.errors import Displaced, SceneError
 from zoobench.methods.base import Incumbent
 from zoobench.sim.model.scene import Scene
+from zoobench.testing import DOUBLE
 
 ON_A_BACK = "ground[object=box,object_place=back]"
 
@@ -53,7 +54,10 @@ def test_every_object_must_be_where_it_was_put(
 def test_a_robot_that_cannot_carry_its_object_is_refused() -> None:
     """A box tips over an edge, before anything is scored; in a session, too."""
     spec = cell(
-        environment="ground[object=box,object_place=back,object_shift=0.04]", task="carry", design="caterpillar"
+        environment="ground[object=box,object_place=back,object_shift=0.04]",
+        task="carry",
+        design="caterpillar",
+        fidelity=DOUBLE,
     )
     problem = Problem(spec)
     for ask in (lambda: problem.evaluate(np.zeros(problem.parameter_count)), lambda: problem.solvers.new(2)):
@@ -63,7 +67,7 @@ def test_a_robot_that_cannot_carry_its_object_is_refused() -> None:
 
 def test_a_body_of_a_space_that_cannot_fails_alone() -> None:
     """Without a score, as one that cannot be built: others may be able to. A checkpoint knows the reason."""
-    problem = Problem(cell(environment=ON_A_BACK, task="carry", design="voxel"))
+    problem = Problem(cell(environment=ON_A_BACK, task="carry", design="voxel", fidelity=DOUBLE))
     params = problem.initial(np.random.default_rng(0))
     evaluation = problem.evaluate(params)
     assert evaluation.score == -np.inf
@@ -77,7 +81,10 @@ def test_a_thrown_object_flies_as_it_was_thrown(monkeypatch: pytest.MonkeyPatch)
     """From rest on the ground, once everything has come to rest: as high as g lets it, and as far in that time."""
     monkeypatch.setattr("zoobench.sim.rest.MOST_ROUNDS", 0)
     spec = cell(
-        environment="ground[object=box,object_gap=0.1,object_speed=0.5,object_speed_up=1]", task="catch", frames=12
+        environment="ground[object=box,object_gap=0.1,object_speed=0.5,object_speed_up=1]",
+        task="catch",
+        frames=12,
+        fidelity=DOUBLE,
     )
     problem = Problem(spec)
     record = problem.episode(np.zeros(problem.parameter_count)).record

@@ -132,6 +132,7 @@ def test_the_sources_are_those_that_an_episode_runs() -> None:
     assert not {"cell", "controllers", "designs", "envs", "sim", "tasks"} & set(_AROUND)
 
 
+@pytest.mark.slow
 def test_the_body_at_rest_is_the_solutions(monkeypatch: pytest.MonkeyPatch) -> None:
     """In a design space each solution has its own; the muscles are at rest whatever the controller."""
     monkeypatch.setattr("zoobench.cell.references.DRAWS", 2)

@@ -11,6 +11,7 @@ from zoobench.cell.session import Session, Step, new_session
 from zoobench.errors import BudgetExhaustedError, UsageError
 from zoobench.registry import Kind
 from zoobench.spec import Budget
+from zoobench.testing import DOUBLE
 
 FRAMES = 6
 
@@ -30,7 +31,7 @@ POWER = "mix[movement-speed=1,power=-0.1]"
 @pytest.mark.parametrize("task", [*ALONE, POWER, "push-to"])  # which sees what every task with an object does, and more
 def test_an_episode_is_the_same_as_in_one_piece(task: str) -> None:
     """Rewards, cost and end, of a complete episode and of one that is begun again after two frames."""
-    problem = Problem(cell(task=task, controller="sine-feedback", frames=FRAMES))
+    problem = Problem(cell(task=task, controller="sine-feedback", frames=FRAMES, fidelity=DOUBLE))
     params = problem.initial(np.random.default_rng(1))
     expected = problem.evaluate(params).reward
     cost = problem.meter.forward

@@ -2,10 +2,11 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 
 import pytest
+import typer
 
 from tests.harness.helpers import fake
 from tests.report.content import fill
@@ -13,6 +14,7 @@ from zoobench.cli.main import main
 from zoobench.harness import worker_pool
 
 ROOT = Path(__file__).parents[2]
+_get_command = cache(typer.main.get_command)
 real_run_all = worker_pool.run_all
 
 
@@ -33,6 +35,8 @@ def zoobench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.Capt
     """Run a command line in an empty folder."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("ZOOBENCH_DB", raising=False)
+    # typer makes all commands of an app anew for each line, which a process has one of
+    monkeypatch.setattr(typer.main, "get_command", _get_command)
 
     def run(*words: object) -> Reply:
         try:

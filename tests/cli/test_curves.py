@@ -10,20 +10,22 @@ import pytest
 
 from tests.cli.conftest import Command
 from tests.report import content
-from tests.report.content import add_curve, make_spec
+from tests.report.content import add_curve, made_once, make_spec
 from zoobench.db.store import Store
 from zoobench.spec import RunSpec
+
+
+@made_once
+def _learnt(store: Store) -> None:
+    for seed in range(2):
+        add_curve(store, make_spec(seed=seed), [0.2, 0.4 + 0.001 * seed, 0.8])
+        add_curve(store, make_spec(method="random-v1", seed=seed, budget="100 episodes"), [0.1, 0.1], cost=50.0)
 
 
 @pytest.fixture
 def learnt(tmp_path: Path) -> Path:
     """Two methods of different budgets, under the name that commands look for."""
-    path = tmp_path / "zoobench.db"
-    with Store(path) as store:
-        for seed in range(2):
-            add_curve(store, make_spec(seed=seed), [0.2, 0.4 + 0.001 * seed, 0.8])
-            add_curve(store, make_spec(method="random-v1", seed=seed, budget="100 episodes"), [0.1, 0.1], cost=50.0)
-    return path
+    return _learnt(tmp_path / "zoobench.db")
 
 
 def test_without_a_file_curves_are_a_table(zoobench: Command, learnt: Path) -> None:

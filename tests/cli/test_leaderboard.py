@@ -101,6 +101,7 @@ def test_a_suite_is_run_published_checked_and_repeated(zoobench: Command, tmp_pa
     assert len(first) == 1
 
 
+@pytest.mark.slow
 def test_what_has_no_place_on_a_finer_grid_is_left_out(
     zoobench: Command, tmp_path: Path, pretend: Callable[..., None], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -19,6 +19,7 @@ def verdicts(zoobench: Command, *words: object) -> tuple[int, dict[str, dict[str
     return reply.code, {record["check"]: record for record in json.loads(reply.out)}
 
 
+@pytest.mark.slow
 def test_doctor_finds_a_sound_installation_sound(
     zoobench: Command, database: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -52,7 +52,7 @@ def test_run_itself_loads_no_simulator_and_no_statistics(tmp_path: Path) -> None
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
-@pytest.mark.parametrize("words", [["--version"], ["list"]])
+@pytest.mark.parametrize("words", [["--version"], pytest.param(["list"], marks=pytest.mark.slow)])
 def test_a_full_disk_is_told_in_one_line(words: list[str]) -> None:
     """Output that does not fit, however little, is an error with what to do, and no traceback."""
     with Path("/dev/full").open("w") as full:
@@ -161,7 +161,7 @@ def test_module_entry_point_returns_the_exit_code() -> None:
     assert done.stderr.startswith("Error: ")
 
 
-@pytest.mark.parametrize("words", [["results"], ["list", "envs"]])
+@pytest.mark.parametrize("words", [["results"], pytest.param(["list", "envs"], marks=pytest.mark.slow)])
 def test_a_closed_standard_output_is_refused(words: list[str], tmp_path: Path) -> None:
     """In words; whatever is opened instead of it is not printed into."""
     done = subprocess.run(

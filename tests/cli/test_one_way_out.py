@@ -171,6 +171,7 @@ def test_latex_takes_every_listing(zoobench: Command, odd: Path, tmp_path: Path)
     assert "Missing character" not in (tmp_path / "tables.log").read_text()
 
 
+@pytest.mark.slow
 def test_a_stream_that_lacks_signs_gets_others(odd: Path) -> None:
     """Code page 1252 lacks rules of tables and letters of most scripts: tables are printed, and JSON means the same."""
     environ = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONIOENCODING": "cp1252"}

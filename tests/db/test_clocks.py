@@ -36,7 +36,7 @@ def _claim(store: Store, owner: Owner) -> Claim:
     return claim
 
 
-@pytest.mark.parametrize("jumps", JUMPS)
+@pytest.mark.parametrize("jumps", [JUMPS[0], *(pytest.param(each, marks=pytest.mark.slow) for each in JUMPS[1:])])
 @pytest.mark.parametrize("renews", [pytest.param(1.0, marks=pytest.mark.slow), 5.0])
 def test_a_clock_that_is_set_loses_nobody(store: Store, clock: FakeClock, jumps: list[float], renews: float) -> None:
     """Neither who is seen here nor who renews a lease elsewhere; and durations are those that have passed."""

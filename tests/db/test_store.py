@@ -5,6 +5,7 @@ import sys
 import time
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from sqlalchemy import text
@@ -21,6 +22,14 @@ ME = Owner.current()
 DEAD = replace(ME, start=ME.start - 1000)  # this process's number, borne by an earlier one
 ELSEWHERE = Owner("another-host", "another-place", 1, 1, 0)
 DONE = Ending(RunState.DONE, finals=(FinalRow("score", 1.5, "m/s"), FinalRow("height", math.nan, "m")))
+
+
+@pytest.fixture(params=["sqlite", "postgresql"])
+def location(request: pytest.FixtureRequest, tmp_path: Path) -> str:
+    """A new database of each kind, in fast tests, too: every statement of the queue is made here."""
+    if request.param == "sqlite":
+        return str(tmp_path / "zoo.db")
+    return str(request.getfixturevalue("postgres").new_database())
 
 
 @pytest.fixture
@@ -257,7 +266,7 @@ def test_a_lost_attempt_ended_when_its_worker_was_last_heard_of(store: Store, mo
     assert store.runs()[0].seconds < 60.0
 
 
-@pytest.mark.parametrize(("died_alone", "losses"), [(True, 3), (False, 30)])
+@pytest.mark.parametrize(("died_alone", "losses"), [(True, 3), pytest.param(False, 30, marks=pytest.mark.slow)])
 def test_a_run_that_is_lost_again_and_again_is_given_up(store: Store, died_alone: bool, losses: int) -> None:
     """Losses without progress end in FAILED with the reason, those of the child alone soon; a checkpoint forgives."""
     store.enqueue([spec()])

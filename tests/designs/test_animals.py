@@ -103,17 +103,17 @@ def test_every_part_has_particles_on_the_draft_grid(name: str) -> None:
         assert (part.solid(body_of(name, DRAFT).positions / made.scale) <= 0.0).sum() >= 2
 
 
+@pytest.mark.parametrize("fidelity", [SMOKE, DRAFT, pytest.param(PAPER, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", ["baby-seal", "panda"])
-def test_it_stands_stably(name: str) -> None:
+def test_it_stands_stably(name: str, fidelity: Fidelity) -> None:
     """The centre of mass is above the sole; tilting by 25 degrees does not topple it. Swimmers fall over."""
-    for fidelity in (SMOKE, DRAFT, PAPER):
-        body = body_of(name, fidelity)
-        half = fidelity.grid_spacing / 4
-        lowest = body.positions[body.positions[:, 1] < body.positions[:, 1].min() + half]
-        outline = ConvexHull(lowest[:, [0, 2]]).equations
-        centre = centre_of_mass(body)
-        margin = -(outline[:, :2] @ centre[[0, 2]] + outline[:, 2]).max() + half
-        assert np.degrees(np.arctan2(margin, centre[1])) > 25.0
+    body = body_of(name, fidelity)
+    half = fidelity.grid_spacing / 4
+    lowest = body.positions[body.positions[:, 1] < body.positions[:, 1].min() + half]
+    outline = ConvexHull(lowest[:, [0, 2]]).equations
+    centre = centre_of_mass(body)
+    margin = -(outline[:, :2] @ centre[[0, 2]] + outline[:, 2]).max() + half
+    assert np.degrees(np.arctan2(margin, centre[1])) > 25.0
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -154,6 +154,7 @@ def test_the_head_leads(name: str) -> None:
     assert body.positions[body.head, 0].min() > body.positions[body.tail, 0].max()
 
 
+@pytest.mark.slow
 def test_a_longer_animal_is_the_same_animal() -> None:
     """Twice as long on a grid twice as coarse: the same particles and eight times the mass."""
     small, large = animal("panda").body(PAPER), animal("panda", length=2 * REFERENCE_LENGTH).body(DRAFT)

@@ -58,6 +58,7 @@ def test_an_end_of_the_simplex_is_a_primitive(end: int, cells: int, least: float
     np.testing.assert_allclose(form.muscle_membership[0], tissues.membership[end], atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cells", [64, pytest.param(128, marks=pytest.mark.slow)])
 def test_volume_is_kept_between_primitives(cells: int) -> None:
     """From the orca to the tuna, where SDF-Lerp loses more than 5 %; on a fine grid by the particles that are half
@@ -87,6 +88,7 @@ def test_space_is_empty_or_full() -> None:
     assert occupancy.min() < 1e-6
 
 
+@pytest.mark.slow
 def test_left_and_right_are_mirror_images() -> None:
     """For any coefficients, so that a body does not turn by itself."""
     body = workspace(64)

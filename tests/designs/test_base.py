@@ -23,7 +23,9 @@ def test_the_measured_volume_is_the_closed_form() -> None:
     assert BALL.volume() == pytest.approx(4 / 3 * np.pi * 0.03**3, rel=1e-3)
 
 
-@pytest.mark.parametrize("particles_per_cell", [1, 4, 8, 27])
+@pytest.mark.parametrize(
+    "particles_per_cell", [1, 4, *(pytest.param(count, marks=pytest.mark.slow) for count in (8, 27))]
+)
 def test_particles_share_the_true_volume(particles_per_cell: int) -> None:
     """The volumes sum up to the ball's, and inside it each is the cell's share."""
     spacing = 1 / 160
@@ -55,7 +57,7 @@ def test_an_odd_lattice_keeps_left_and_right_alike(design: Block | Caterpillar) 
         assert found == pytest.approx(amount[muscle.replace("left", "right")])
 
 
-@pytest.mark.parametrize("make", [Block, Caterpillar])
+@pytest.mark.parametrize("make", [Block, pytest.param(Caterpillar, marks=pytest.mark.slow)])
 def test_a_body_is_sampled_once_for_a_lattice(
     make: type[Block] | type[Caterpillar], monkeypatch: pytest.MonkeyPatch
 ) -> None:

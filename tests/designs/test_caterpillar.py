@@ -24,7 +24,9 @@ def _true_volume() -> float:
 @pytest.mark.parametrize(
     "spacing", [1 / 40, 1 / 64, *(pytest.param(1 / n, marks=pytest.mark.slow) for n in (100, 128))]
 )
-@pytest.mark.parametrize("particles_per_cell", [1, 4, 8, 27])
+@pytest.mark.parametrize(
+    "particles_per_cell", [1, 4, *(pytest.param(count, marks=pytest.mark.slow) for count in (8, 27))]
+)
 def test_the_mass_does_not_depend_on_the_sampling(spacing: float, particles_per_cell: int) -> None:
     """Density times true volume within 1 %, against a finer count than the design's own."""
     true_mass = 1000.0 * _true_volume()

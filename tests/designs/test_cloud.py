@@ -114,7 +114,9 @@ def pcd(path: Path, encoding: str, **changed: Any) -> InputFile:
     return InputFile(path)
 
 
-@pytest.mark.parametrize("encoding", ["ascii", "binary", "binary_compressed"])
+@pytest.mark.parametrize(
+    "encoding", ["ascii", *(pytest.param(name, marks=pytest.mark.slow) for name in ("binary", "binary_compressed"))]
+)
 def test_a_pcd_file_is_the_same_body_in_each_encoding(encoding: str, tmp_path: Path) -> None:
     """As the same columns in an NPZ file."""
     expected = cloud(tmp_path / "a.npz").body(PAPER)
@@ -236,7 +238,10 @@ def mass(made: CloudDesign) -> float:
     return float(1000.0 * made.body(PAPER).masses(1000.0).sum())
 
 
-@pytest.mark.parametrize("steps", [(10.0, 5.0, 5.0), (5.0, 5.0, 10.0), (4.0, 5.0, 6.0)])
+@pytest.mark.parametrize(
+    "steps",
+    [*(pytest.param(each, marks=pytest.mark.slow) for each in ((10.0, 5.0, 5.0), (5.0, 5.0, 10.0))), (4.0, 5.0, 6.0)],
+)
 def test_a_lattice_has_an_edge_along_each_axis(steps: tuple[float, float, float], tmp_path: Path) -> None:
     """Each of 11 x 11 x 11 points stands for a box with the steps as edges."""
     made = loaded(tmp_path / "a.npz", block(steps, (11, 11, 11)))
@@ -251,6 +256,7 @@ def test_a_face_centred_lattice_is_solid(tmp_path: Path) -> None:
     assert mass(loaded(tmp_path / "a.npz", sites)) == pytest.approx(len(sites) * 2 * 0.064)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turned", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_scattered_points_have_the_volume_between_them(turned: bool, tmp_path: Path) -> None:
     """20,000 at random in a box of 81 ml, along the axes or across them, within 4 %, with a word."""
@@ -263,6 +269,7 @@ def test_scattered_points_have_the_volume_between_them(turned: bool, tmp_path: P
     assert any("lie on no lattice" in note for note in made.notes)
 
 
+@pytest.mark.slow
 def test_coarse_numbers_are_no_lattice(tmp_path: Path) -> None:
     """Scattered points rounded to whole millimetres, most of which are free: they are not cubes of a millimetre."""
     points = np.random.default_rng(0).uniform((0.0, 0.0, 0.0), (90.0, 30.0, 30.0), size=(8_000, 3)).round()
@@ -307,7 +314,7 @@ def test_points_without_a_place_are_left_out(tmp_path: Path) -> None:
     assert "50 of 1,381 points have no place: left out." in made.notes
 
 
-@pytest.mark.parametrize("place", [(400.0, 0.0, 0.0), (401.3, 7.7, -20.0)])
+@pytest.mark.parametrize("place", [pytest.param((400.0, 0.0, 0.0), marks=pytest.mark.slow), (401.3, 7.7, -20.0)])
 def test_a_stray_point_is_left_out(place: tuple[float, float, float], tmp_path: Path) -> None:
     """On the lattice or off it; the body is as long as without it."""
     made = loaded(tmp_path / "a.npz", np.vstack([block((5.0, 5.0, 5.0), (11, 11, 11)), place]))

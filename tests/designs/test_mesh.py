@@ -144,6 +144,7 @@ def test_a_wire_between_all_points_is_refused(up: str, tmp_path: Path) -> None:
         design(trimesh.util.concatenate(wires), tmp_path / "a.stl", up=up).body(DRAFT)
 
 
+@pytest.mark.slow
 def test_what_is_too_thin_for_the_grid_is_refused(tmp_path: Path) -> None:
     """A sheet of 6 mm at 1/64 m, with the fidelity to use, but not at 1/128 m."""
     sheet = trimesh.creation.box(extents=(100.0, 60.0, 6.0))
@@ -156,6 +157,7 @@ def test_what_is_too_thin_for_the_grid_is_refused(tmp_path: Path) -> None:
 NAMED = {name: registry.create(Kind.FIDELITY, Ref(name)) for name in registry.names(Kind.FIDELITY)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fins", [pytest.param("", marks=pytest.mark.slow), "flat"])
 def test_a_thin_stalk_and_flat_fins_are_kept(fins: str, tmp_path: Path) -> None:
     """The body is as long and high as the mesh at every fidelity, has a tail, and the mass of the mesh."""

@@ -94,12 +94,10 @@ def inertia(measure: Measure) -> Array:
 @pytest.mark.parametrize(
     ("name", "level"),
     [
-        # every design at one level, and one of them at the first three
-        pytest.param(
-            name, level, marks=() if level == "draft" or (name, n < 3) == ("panda", True) else pytest.mark.slow
-        )
+        # one of them at the first three levels
+        pytest.param(name, level, marks=() if name == "panda" and level in LEVELS[:3] else pytest.mark.slow)
         for name in NAMES
-        for n, level in enumerate(LEVELS)
+        for level in LEVELS
     ],
 )
 def test_it_is_the_solid(name: str, level: str, request: pytest.FixtureRequest) -> None:

@@ -117,7 +117,7 @@ def test_outside_its_skin_a_primitive_is_what_its_nearest_point_is() -> None:
         assert excess.max() <= 2.0 * np.sqrt(3.0) * Fidelity(1 / 192).particle_edge
 
 
-@pytest.mark.parametrize("names", [DEFAULT_PRIMITIVES, "orca+panda"])
+@pytest.mark.parametrize("names", [DEFAULT_PRIMITIVES, pytest.param("orca+panda", marks=pytest.mark.slow)])
 def test_tissues_are_whole_and_mirrored(names: str) -> None:
     """Shares with sum 1, unit fibres, and symmetric sides."""
     made = primitives(names)
@@ -147,6 +147,7 @@ def test_muscles_are_matched_by_number() -> None:
         assert not used[n, count:].any()
 
 
+@pytest.mark.slow
 def test_a_longer_workspace_is_the_same_workspace() -> None:
     """Twice the length on a grid twice as coarse: the same tissues, twice the distances."""
     small, large = primitives(), primitives(length=2 * SWIMMER_LENGTH)

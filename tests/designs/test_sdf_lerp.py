@@ -17,11 +17,11 @@ def lines(count: int, size: int, seed: int = 0) -> torch.Tensor:
     return torch.as_tensor(drawn / np.linalg.norm(drawn, axis=2, keepdims=True))
 
 
-@pytest.mark.parametrize("end", range(COUNT))
+@pytest.mark.parametrize("end", [0, *(pytest.param(end, marks=pytest.mark.slow) for end in range(1, COUNT))])
 def test_an_end_of_the_simplex_is_a_primitive(end: int) -> None:
     """Exactly its particles, its tissues, and its volume within 5 %."""
-    body, tissues = workspace(128), SPACE.primitives.tissues(workspace(128))
-    form = mixture(SPACE, np.eye(COUNT)[end], 128)
+    body, tissues = workspace(64), SPACE.primitives.tissues(workspace(64))
+    form = mixture(SPACE, np.eye(COUNT)[end], 64)
     np.testing.assert_array_equal(form.occupancy[0] > 0.5, tissues.distances[end] < 0.0)
     volume = (form.occupancy[0].numpy() * body.volumes).sum()
     assert volume == pytest.approx(SPACE.primitives.volumes[end], rel=0.05)
@@ -31,6 +31,7 @@ def test_an_end_of_the_simplex_is_a_primitive(end: int) -> None:
     np.testing.assert_allclose(along, 1.0, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_volume_is_lost_between_primitives() -> None:
     """Half way from orca to tuna, fins that do not overlap vanish: more than 5 % of the mean volume."""
     weights = np.zeros(COUNT)

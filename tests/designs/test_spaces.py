@@ -49,6 +49,9 @@ every_workspace = pytest.mark.parametrize(
     ]
     + [pytest.param(name, {}, id=name) for name in PARTIAL],
 )
+every_fidelity = pytest.mark.parametrize(
+    "fidelity", [SMOKE, pytest.param(DRAFT, marks=pytest.mark.slow)], ids=["smoke", "draft"]
+)
 
 
 def made(name: str, **params: str) -> DesignSpace:
@@ -70,7 +73,7 @@ def parts(form: Form) -> tuple[torch.Tensor, ...]:
 
 
 @every_workspace
-@pytest.mark.parametrize("fidelity", [SMOKE, DRAFT], ids=["smoke", "draft"])
+@every_fidelity
 def test_a_form_has_its_shapes_and_ranges(name: str, params: dict[str, str], fidelity: Fidelity) -> None:
     """Double precision, occupancy and stiffness in range, shares with sum 1, unit fibres."""
     space = made(name, **params)
@@ -92,15 +95,15 @@ def test_a_form_has_its_shapes_and_ranges(name: str, params: dict[str, str], fid
 
 
 @every_workspace
-def test_a_draw_from_the_prior_is_feasible(name: str, params: dict[str, str]) -> None:
+@every_fidelity
+def test_a_draw_from_the_prior_is_feasible(name: str, params: dict[str, str], fidelity: Fidelity) -> None:
     """Most draws can be built and keep most of their matter, and muscles differ, as bending requires."""
     space = made(name, **params)
-    for fidelity in (SMOKE, DRAFT):
-        body = space.body(fidelity)
-        form, reports = feasible(space.form(draws(space, body, 8), body), body, connected=False)
-        assert sum(not report.fault for report in reports) >= 6
-        assert np.median([report.mass_kept for report in reports]) > 0.7
-        assert form.muscle_membership.std(dim=1).mean() > 0.1
+    body = space.body(fidelity)
+    form, reports = feasible(space.form(draws(space, body, 8), body), body, connected=False)
+    assert sum(not report.fault for report in reports) >= 6
+    assert np.median([report.mass_kept for report in reports]) > 0.7
+    assert form.muscle_membership.std(dim=1).mean() > 0.1
 
 
 @pytest.mark.parametrize("name", BASED_SPACES)

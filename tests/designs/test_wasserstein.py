@@ -31,7 +31,7 @@ def ours(densities: torch.Tensor, weights: list[float], iterations: int, **optio
     return barycenter(densities[..., None], shares, kernels, iterations=iterations, **options)[..., 0].numpy()
 
 
-@pytest.mark.parametrize("weights", WEIGHTS)
+@pytest.mark.parametrize("weights", [WEIGHTS[0], *(pytest.param(each, marks=pytest.mark.slow) for each in WEIGHTS[1:])])
 @pytest.mark.parametrize(("name", "options"), [("", {"debiased": False}), ("_debiased", {"refinements": 10})])
 def test_the_barycenter_of_slices_is_that_of_pot(weights: list[float], name: str, options: dict[str, int]) -> None:
     """The same numbers after as many iterations; debiased, with POT's ten refinements in each."""
@@ -44,6 +44,7 @@ def test_the_barycenter_of_slices_is_that_of_pot(weights: list[float], name: str
     np.testing.assert_allclose(ours(densities, weights, 100, **options), theirs, rtol=1e-9, atol=1e-15)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("weights", WEIGHTS)
 def test_fewer_refinements_lead_to_the_same_barycenter(weights: list[float]) -> None:
     """Three are cheaper than POT's ten; what they converge to differs by less than 2 % of the mass after as many
@@ -117,4 +118,4 @@ def test_the_gradient_is_exact(debiased: bool) -> None:
         found = barycenter(densities, weights, kernels, iterations=30, debiased=debiased)
         return (probes * found).sum(dim=(1, 2, 3))
 
-    assert torch.autograd.gradcheck(readings, weights, atol=1e-8, rtol=1e-6)
+    assert torch.autograd.gradcheck(readings, weights, atol=1e-8, rtol=1e-6, fast_mode=True)

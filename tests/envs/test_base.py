@@ -41,7 +41,9 @@ def test_the_desert_robot_stands_on_the_sand() -> None:
     assert Effect.PLASTICITY in scene.effects
 
 
-@pytest.mark.parametrize("spacing", [1 / 40, 1 / 64, 1 / 100, 1 / 128])
+@pytest.mark.parametrize(
+    "spacing", [1 / 40, 1 / 64, *(pytest.param(1 / n, marks=pytest.mark.slow) for n in (100, 128))]
+)
 @pytest.mark.parametrize("particles_per_cell", [1, 4, 8, 27])
 def test_the_bed_has_its_mass_and_fills_its_box(spacing: float, particles_per_cell: int) -> None:
     """The volume is exact at every resolution; the bed is centred and not too thick."""
@@ -56,7 +58,9 @@ def test_the_bed_has_its_mass_and_fills_its_box(spacing: float, particles_per_ce
     assert bed.positions[:, 1].max() < BED_THICKNESS
 
 
-@pytest.mark.parametrize("spacing", [1 / 40, 1 / 64, 1 / 100, 1 / 128])
+@pytest.mark.parametrize(
+    "spacing", [1 / 40, 1 / 64, *(pytest.param(1 / n, marks=pytest.mark.slow) for n in (100, 128))]
+)
 @pytest.mark.parametrize("length", [0.05, 0.1, 0.4])
 def test_a_bed_that_follows_has_room_for_the_robot_to_turn(spacing: float, length: float) -> None:
     """On every side of its start in the middle, in whole cells, half of them on either side, however long the body."""
@@ -184,7 +188,7 @@ def test_effects_derived_from_the_scene_are_those_of_table_6(name: str, effects:
     assert scene.effects == effects | {Effect.ELASTICITY, Effect.MUSCLE, Effect.DAMPING}
 
 
-@pytest.mark.parametrize("name", ["shallow-water", "ocean[water=particles]"])
+@pytest.mark.parametrize("name", ["shallow-water", pytest.param("ocean[water=particles]", marks=pytest.mark.slow)])
 def test_water_makes_room_for_the_robot(name: str) -> None:
     """No water is left where the robot is solid, and the displaced volume is that of the robot below the surface.
 

@@ -115,7 +115,9 @@ def test_a_seed_decides_where_objects_are_and_how_heavy(block: Body) -> None:
     assert unmoved.material == plain.objects[0].body.material
 
 
-@pytest.mark.parametrize("place", ["behind", "left", "right", "back"])
+@pytest.mark.parametrize(
+    "place", ["behind", *(pytest.param(place, marks=pytest.mark.slow) for place in ("left", "right")), "back"]
+)
 def test_objects_are_drawn_at_every_place(place: str, block: Body) -> None:
     """By the same way along and across, and all of a row together."""
     given: dict[str, Any] = {"object_place": place, "object_count": 2}
@@ -163,7 +165,7 @@ def test_an_arena_with_objects_does_not_follow_its_robot(block: Body) -> None:
     [
         ({"object_size": 0.0}, "object_size of 0"),
         ({"object_size": 1e9}, "holds 2"),
-        ({"object_size": 0.45}, "does not fit into the arena"),
+        pytest.param({"object_size": 0.45}, "does not fit into the arena", marks=pytest.mark.slow),
         ({"object": "sheet"}, "0.8 cells of 0.01562 m; 2 are needed"),
         ({"object_place": "back", "object_shift": 1.0}, "No part of the robot is below"),
         ({"object_place": "back", "object_gap": 0.0}, "has no object_gap"),

@@ -40,6 +40,7 @@ def test_water_by_forces_has_its_robot_in_its_rest_frame() -> None:
         assert "robot=mpm" not in str(refusal.value)  # which would change nothing
 
 
+@pytest.mark.slow
 def test_water_by_forces_has_no_bounds() -> None:
     """There is no ground, and bodies of any height float in the middle of the picture."""
     env = _made("ocean[water=surface]")

@@ -147,7 +147,7 @@ def test_what_no_matter_is_like_is_refused_before_a_run_is_queued(text: str, tol
 def test_a_body_of_light_parts_is_refused_in_water_on_a_grid() -> None:
     """Of which a fish as light as is allowed does not diverge, idle."""
     ocean: Environment = registry.create(Kind.ENV, Ref.parse(f"ocean[density={1000 * LIGHTEST:g}]"))
-    fidelity = Fidelity(1 / 32)
+    fidelity = Fidelity(1 / 32, precision=64)
     body = registry.create(Kind.DESIGN, Ref("fish")).body(fidelity)
     scene = ocean.scene(body, fidelity)
     solver = Solver(scene, fidelity)

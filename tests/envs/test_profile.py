@@ -150,7 +150,9 @@ def _run(terrain: Terrain, body: ElasticBody, friction: float, frames: int) -> R
     return rollout
 
 
-@pytest.mark.parametrize(("angle", "friction"), [(15.0, 0.0), (15.0, 0.1), (25.0, 0.2)])
+@pytest.mark.parametrize(
+    ("angle", "friction"), [*(pytest.param(15.0, each, marks=pytest.mark.slow) for each in (0.0, 0.1)), (25.0, 0.2)]
+)
 def test_a_block_slides_down_a_slope(angle: float, friction: float) -> None:
     """By g (sin a - mu cos a) to 1 %, at draft, where the slope's plane lies between the nodes."""
     terrain = _terrain(Profile(slope=-angle))
@@ -182,6 +184,7 @@ def test_a_block_falls_into_a_gap_that_is_wider() -> None:
     assert lowest == pytest.approx(body.positions[:, 1].mean(), abs=0.6 * DRAFT.grid_spacing)
 
 
+@pytest.mark.slow
 def test_a_robot_stands_on_a_step() -> None:
     """At rest, as high above the tread as above level ground, between one step down and one step up."""
     heights = []
@@ -198,7 +201,7 @@ def test_a_robot_stands_on_a_step() -> None:
     assert heights[1] == pytest.approx(heights[0], abs=DRAFT.grid_spacing / 4)
 
 
-@pytest.mark.parametrize("name", ["ocean[water=particles,", "shallow-water["])
+@pytest.mark.parametrize("name", [pytest.param("ocean[water=particles,", marks=pytest.mark.slow), "shallow-water["])
 def test_water_on_terrain_has_a_level_surface(name: str) -> None:
     """It is as deep as the ground is low, to a cell, and each particle carries the weight of the water above it."""
     env = _made(f"{name}slope=2]")

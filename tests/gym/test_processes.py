@@ -44,6 +44,7 @@ def test_after_a_simulation_they_work_in_a_process_of_their_own(run: Run) -> Non
     assert (done.returncode, done.stdout) == (0, "1\n"), done.stderr
 
 
+@pytest.mark.slow
 def test_in_a_fork_they_work_or_are_refused(run: Run) -> None:
     """Making environments starts nothing that a fork would lack; after a simulation it lacks threads, and says so."""
     done = run("""

@@ -79,6 +79,7 @@ def test_a_line_without_end_takes_no_memory(tmp_path: Path) -> None:
         assert [line.text for line in store.logs(1)] == ["run 0", "begins", "x" * 2000]
 
 
+@pytest.mark.slow
 def test_a_flood_of_lines_is_read_over(tmp_path: Path) -> None:
     """Of a million lines the first are kept, and a word about the others."""
     path = tmp_path / "zoo.db"

@@ -366,7 +366,7 @@ _LAUGHS = "".join(f"a{i}: &a{i} [" + ", ".join([f"*a{i - 1}"] * 10) + "]\n" for 
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        ("summary: " + "[" * 5000, "nested too deep"),
+        pytest.param("summary: " + "[" * 5000, "nested too deep", marks=pytest.mark.slow),
         (COMPLETE.replace("budget: 100 substeps", "budget: 2001-99-99"), "Cannot read '2001-99-99' as a budget"),
         (COMPLETE.replace("budget: 100 substeps", "budget: 2001-01-01"), "Cannot read '2001-01-01' as a budget"),
         (COMPLETE.replace("budget: 100 substeps", "budget: !!timestamp 2001-99-99"), "month must be in"),

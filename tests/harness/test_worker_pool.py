@@ -92,6 +92,7 @@ def test_a_child_that_hangs_is_ended_by_the_time_limit(path: Path, monkeypatch: 
     assert len(numbers(path, row.id)[0]) == 20
 
 
+@pytest.mark.slow  # a run beside one that fails is done in test_messages.py
 def test_one_failure_does_not_stop_the_others(path: Path) -> None:
     """Finished runs are not done again, and a queue with a failure is emptied all the same."""
     rows = work_on_fakes(path, child=fake("fail"))
@@ -203,6 +204,7 @@ def test_runs_in_other_hands_are_waited_for(location: str) -> None:
     assert [(row.state, row.attempt) for row in rows] == [(RunState.DONE, 1)] * 2
 
 
+@pytest.mark.slow  # tests/db/test_postgres.py has a server that is gone, and others a worker that is
 def test_a_server_that_is_stopped_loses_nothing(postgres: Server, path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The database's server goes away in the midst of a run; when it is back, the run goes on to the same end."""
     # this process, whose threads held the run, lives on, so that only the lease tells that nobody has it

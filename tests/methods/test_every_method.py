@@ -62,8 +62,15 @@ def _run(name: str, problem: Quadratic | Obey, context: Context) -> Solution:
     return solution
 
 
-@pytest.mark.parametrize("name", OWN)
-@pytest.mark.parametrize("kind", list(AMOUNTS))
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        # one that trains a policy takes as long as all others together
+        pytest.param(name, kind, marks=() if name in METHODS or kind == "episodes" else pytest.mark.slow)
+        for kind in AMOUNTS
+        for name in OWN
+    ],
+)
 def test_the_budget_is_honoured_exactly(name: str, kind: BudgetKind, monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever it is: never more than allowed, and less than one more iteration is left over.
 
@@ -107,7 +114,7 @@ def test_two_runs_agree_bit_for_bit(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", METHODS)
-@pytest.mark.parametrize("stop", [1, 3])
+@pytest.mark.parametrize("stop", [pytest.param(1, marks=pytest.mark.slow), 3])
 def test_an_interrupted_run_goes_on_bit_for_bit(name: str, stop: int) -> None:
     """Evaluations, curve and solution are those of an uninterrupted run."""
 

@@ -37,7 +37,7 @@ def solve(name: str, problem: Quadratic, seed: int = 1) -> Solution:
 
 def puzzle(name: str) -> Quadratic:
     """A problem for the method: a body for painters of bodies, else a parabola. The best is 1."""
-    return Sculpture(Budget("episodes", 600)) if "sites" in TAGS[name] else Quadratic(Budget("episodes", 1000))
+    return Sculpture(Budget("episodes", 300)) if "sites" in TAGS[name] else Quadratic(Budget("episodes", 1000))
 
 
 @pytest.mark.parametrize("name", [name for name in SEEKING if name not in CONVERGING])
@@ -47,7 +47,10 @@ def test_a_method_finds_the_optimum(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", CONVERGING)
-@pytest.mark.parametrize(("toy", "best", "episodes"), [(Quadratic, OPTIMUM, 1000), (Rosenbrock, np.ones(4), 4000)])
+@pytest.mark.parametrize(
+    ("toy", "best", "episodes"),
+    [(Quadratic, OPTIMUM, 1000), pytest.param(Rosenbrock, np.ones(4), 4000, marks=pytest.mark.slow)],
+)
 def test_a_method_for_continuous_parameters_converges(
     name: str, toy: type[Quadratic], best: np.ndarray, episodes: int
 ) -> None:

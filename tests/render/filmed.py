@@ -13,6 +13,7 @@ from zoobench.render.canvas import check_drawing
 from zoobench.render.film import Film, film
 from zoobench.render.recording import Recording, Snapshot, snapshots
 from zoobench.spec import Ref, RunSpec
+from zoobench.testing import DOUBLE
 
 ENVS = ("ground", "ice", "desert", "clay", "wetland", "snow", "shallow-water", "ocean")
 SLOW = ("clay", "wetland", "snow", "shallow-water")
@@ -21,7 +22,7 @@ EACH_ENV = pytest.mark.parametrize(
     "name",
     [pytest.param(name, marks=pytest.mark.slow if name in SLOW else ()) for name in ENVS],
 )
-SPEC: RunSpec = cell(environment="desert", task="waypoint-following", frames=10)
+SPEC: RunSpec = cell(environment="desert", task="waypoint-following", frames=10, fidelity=DOUBLE)
 
 CLEAR = 0.357
 """Distance of a medium particle that has half of its place from a full cube of the robot [edges], at least: it gives up
@@ -49,7 +50,7 @@ def short_film() -> Film:
 @cache
 def smoke_snapshot(name: str) -> Snapshot:
     """An environment at rest, coarsely."""
-    (shot,) = snapshots([Ref(name)], fidelity=Ref("smoke"))
+    (shot,) = snapshots([Ref(name)], fidelity=Ref.parse(DOUBLE))
     return shot
 
 

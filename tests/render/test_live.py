@@ -9,6 +9,7 @@ from zoobench.render.canvas import Image
 from zoobench.render.live import LivePicture
 from zoobench.render.present import Present
 from zoobench.render.viewpoint import View
+from zoobench.testing import DOUBLE
 
 
 def _count(image: Image) -> int:
@@ -56,7 +57,7 @@ def _red(image: Image) -> int:
 
 def test_water_is_drawn_as_it_flows_now() -> None:
     """A shear in it is seen, and its end, too."""
-    problem = Problem(cell(environment=POND))
+    problem = Problem(cell(environment=POND, fidelity=DOUBLE))
     start, muscles = problem.scene.robot.positions, np.zeros(problem.body.muscle_count)
     cells = problem.scene.cells(problem.fidelity.grid_spacing)
     flow = np.zeros((*cells, 3))

@@ -42,7 +42,9 @@ def _animal(name: str) -> Body:
     return found
 
 
-@pytest.mark.parametrize("name", ["caterpillar", "panda", "orca", "block"])
+@pytest.mark.parametrize(
+    "name", ["caterpillar", *(pytest.param(name, marks=pytest.mark.slow) for name in ("panda", "orca", "block"))]
+)
 def test_every_body_has_two_eyes_at_its_head(name: str) -> None:
     """One on each side, in the foremost quarter and above the middle of that; they go with the skin."""
     body = _animal(name)

@@ -9,6 +9,7 @@ from tests.render.filmed import CLEAR, EACH_ENV, full_cubes, smoke_snapshot
 from zoobench.errors import UsageError
 from zoobench.render.recording import snapshots, vorticity
 from zoobench.spec import Ref
+from zoobench.testing import DOUBLE
 
 
 @EACH_ENV
@@ -30,7 +31,7 @@ def test_an_episode_moves_what_is_drawn() -> None:
     """Thirty frames of the controller leave robot and sand elsewhere; the same seed leaves them in the same place."""
     strong = Ref("sine-basis", params=(("scale", 1.0),))
     at_rest, moved, again = (
-        next(iter(snapshots([Ref("desert")], controller=strong, fidelity=Ref("smoke"), frames=frames)))
+        next(iter(snapshots([Ref("desert")], controller=strong, fidelity=Ref.parse(DOUBLE), frames=frames)))
         for frames in (0, 30, 30)
     )
     assert np.abs(moved.robot - at_rest.robot).max() > 1e-3
@@ -39,6 +40,7 @@ def test_an_episode_moves_what_is_drawn() -> None:
     assert moved.times == pytest.approx([0.24])
 
 
+@pytest.mark.slow  # a bed's particles make room for a robot in tests/envs/test_base.py
 def test_a_design_space_has_its_place_to_itself() -> None:
     """The water that its workspace contains is not in the picture."""
     (shot,) = snapshots([Ref("shallow-water")], design=Ref("particle"), fidelity=Ref("smoke"))
@@ -73,7 +75,7 @@ def test_a_swimmer_stirs_the_water() -> None:
     strong = Ref("sine-basis", params=(("scale", 1.0),))
     spins = []
     for frames in (0, 10):
-        (shot,) = snapshots([Ref.parse(POND)], controller=strong, fidelity=Ref("smoke"), frames=frames)
+        (shot,) = snapshots([Ref.parse(POND)], controller=strong, fidelity=Ref.parse(DOUBLE), frames=frames)
         assert shot.vorticity is not None
         assert shot.vorticity.shape[0] == 1
         spins.append(float(np.abs(shot.vorticity).max()))

@@ -106,7 +106,7 @@ def test_files_are_one_for_each_environment_and_a_sheet(tmp_path: Path, monkeypa
     """Of the sheet's four tiles each shows the robot; it is a small file."""
     imageio = pytest.importorskip("imageio.v2")
     monkeypatch.setattr("zoobench.render.stills._SIZE", (160, 90))  # of the pictures beside the sheet, for speed
-    names = ("ground", "desert", "ice", "shallow-water")
+    names = ("ground", "desert", "ice", "ocean")
     paths = list(draw_snapshots([smoke_snapshot(name) for name in names], tmp_path / "new"))
     assert [path.name for path in paths] == [*(f"{name}.png" for name in names), SHEET]
     assert all(imageio.imread(path).shape == (90, 160, 3) for path in paths[:-1])

@@ -16,6 +16,7 @@ from zoobench.render.nodes import muscle_faces
 from zoobench.render.present import Present
 from zoobench.render.recording import target_path
 from zoobench.render.viewer import PORT, Viewer
+from zoobench.testing import DOUBLE
 
 
 @pytest.fixture
@@ -98,7 +99,7 @@ def test_every_face_is_in_one_piece() -> None:
 
 def test_the_bed_goes_with_its_particles_and_the_arena(viewer: Viewer) -> None:
     """To a quarter of a millimetre, wherever the robot has come to."""
-    problem = Problem(cell(environment="desert"))
+    problem = Problem(cell(environment="desert", fidelity=DOUBLE))
     start, way = _begin(viewer, problem), np.array([3.0, 0.0, 0.5])
     bed = node(viewer, "medium")
     shift = np.array([0.0, 0.01, 0.0])
@@ -140,7 +141,7 @@ def test_hills_are_as_high_as_they_are(viewer: Viewer) -> None:
 
 def test_water_is_shown_as_it_flows_now(viewer: Viewer) -> None:
     """A shear is seen where it is: along the robot's way, on the line where the velocity changes."""
-    problem = Problem(cell(environment=POND))
+    problem = Problem(cell(environment=POND, fidelity=DOUBLE))
     start = _begin(viewer, problem)
     cells = problem.scene.cells(problem.fidelity.grid_spacing)
     flow = np.zeros((*cells, 3))
@@ -154,7 +155,7 @@ def test_water_is_shown_as_it_flows_now(viewer: Viewer) -> None:
 
 def test_another_problem_makes_the_page_anew(viewer: Viewer) -> None:
     """And the next episode of the same one does not."""
-    problem = Problem(cell(environment="desert"))
+    problem = Problem(cell(environment="desert", fidelity=DOUBLE))
     _begin(viewer, problem)
     bed = node(viewer, "medium")
     _begin(viewer, problem)

@@ -74,7 +74,7 @@ def test_a_slider_moves_its_muscle(viewer: Viewer, monkeypatch: pytest.MonkeyPat
 
 
 @pytest.mark.parametrize("controller", ["sine-basis", "policy-network"])
-@pytest.mark.parametrize("design", ["caterpillar", "voxel[edge=0.025]"])
+@pytest.mark.parametrize("design", ["caterpillar", pytest.param("voxel[edge=0.025]", marks=pytest.mark.slow)])
 def test_a_gait_does_what_it_did(viewer: Viewer, controller: str, design: str) -> None:
     """In an open and a closed loop, of a body that is given and one that was found: the score is the run's."""
     spec = cell(controller=controller, design=design, frames=4)

@@ -1,5 +1,6 @@
 """Databases with known content for the tests of reports and commands, made through the store alone."""
 
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -42,6 +43,24 @@ def make_spec(
         fidelity=Ref.parse(fidelity),
         frames=10,
     )
+
+
+def made_once(content: Callable[[Store], object]) -> Callable[[Path], Path]:
+    """What writes a database of this content to a path; it is made once in a process, and then copied."""
+
+    @cache
+    def contents() -> bytes:
+        with TemporaryDirectory() as folder:
+            path = Path(folder) / "runs.db"
+            with Store(path) as store:
+                content(store)
+            return path.read_bytes()
+
+    def write(path: Path) -> Path:
+        path.write_bytes(contents())
+        return path
+
+    return write
 
 
 def add_done(

@@ -20,10 +20,10 @@ ROWS = {  # floor 0, so that a share is the score by the best mean of its row
 }
 
 
-@pytest.fixture
-def found(tmp_path: Path) -> Aggregates:
+@pytest.fixture(scope="module")
+def found(tmp_path_factory: pytest.TempPathFactory) -> Aggregates:
     """The two rows of `ROWS`, and one in which a seed of the better method has failed."""
-    with Store(tmp_path / "runs.db") as store:
+    with Store(tmp_path_factory.mktemp("aggregate") / "runs.db") as store:
         for env, methods in ROWS.items():
             for method, scores in methods.items():
                 for seed, score in enumerate(scores):

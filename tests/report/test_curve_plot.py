@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.report.content import add_curve, make_spec
+from tests.report.content import add_curve, made_once, make_spec
 from zoobench.db.store import Store
 from zoobench.errors import UsageError
 from zoobench.report.curve_plot import MOST_PANELS, _panel, draw, line
@@ -20,16 +20,19 @@ from zoobench.spec import Ref, RunSelection
 REFERENCES = {"idle_score": 0.0, "random_score": 0.05}
 
 
-@pytest.fixture
-def store(tmp_path: Path) -> Store:
-    """Two methods with two seeds on two environments."""
-    store = Store(tmp_path / "runs.db")
+@made_once
+def _filled(store: Store) -> None:
     for env in ("desert-v1", "ice-v1"):
         for seed in range(2):
             add_curve(store, make_spec(env=env, seed=seed), [0.1, 0.2 + seed, 0.8 + seed], references=REFERENCES)
             late = [None, 0.1, 0.3, 0.3]
             add_curve(store, make_spec(env=env, method="random-v1", seed=seed), late, cost=60.0 + seed)
-    return store
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Store:
+    """Two methods with two seeds on two environments."""
+    return Store(_filled(tmp_path / "runs.db"))
 
 
 def test_a_line_is_the_mean_in_a_band_from_the_lowest_to_the_highest_seed(store: Store) -> None:
@@ -137,7 +140,7 @@ def test_missing_matplotlib_is_told(store: Store, tmp_path: Path, monkeypatch: p
         draw(results, curves(store, results, "substeps"), tmp_path / "curves.png")
 
 
-@pytest.mark.parametrize("width", [45.0, 85.0, 180.0])
+@pytest.mark.parametrize("width", [45.0, *(pytest.param(mm, marks=pytest.mark.slow) for mm in (85.0, 180.0))])
 def test_words_stay_within_a_figure_for_a_paper(store: Store, tmp_path: Path, width: float) -> None:
     """Titles and labels are folded, not cut off."""
     from matplotlib.figure import Figure
@@ -157,7 +160,7 @@ def test_words_stay_within_a_figure_for_a_paper(store: Store, tmp_path: Path, wi
             assert figure.bbox.x0 <= ends.x0 < ends.x1 <= figure.bbox.x1, text.get_text()
 
 
-@pytest.mark.parametrize("width", [60.0, 85.0])
+@pytest.mark.parametrize("width", [60.0, pytest.param(85.0, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("cost", [90.0, 4_500.0, 30_000.0])
 def test_the_amounts_of_a_narrow_figure_stay_apart(store: Store, tmp_path: Path, width: float, cost: float) -> None:
     """A space of half a digit at least is between the numbers of the horizontal axis, and there are two of them."""

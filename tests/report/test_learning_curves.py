@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.report.content import add_curve, add_done, add_ended, claim_new, make_spec
+from tests.report.content import add_curve, add_done, add_ended, claim_new, made_once, make_spec
 from zoobench.db.owner import Owner
 from zoobench.db.rows import Batch, Ending, FinalRow, RunState
 from zoobench.db.store import Store
@@ -40,17 +40,19 @@ def cell_texts(table: Table) -> dict[str, str]:
     }
 
 
+@made_once
+def _learnt(store: Store) -> None:
+    for seed in range(2):
+        rise = [None, 0.2 + seed, 0.4 + seed, 0.8 + seed]
+        add_curve(store, make_spec(seed=seed), rise, cost=200.0)
+        slow = [0.1, 0.1, 0.3, 0.3, 0.3, 0.9]
+        add_curve(store, make_spec(method="random-v1", seed=seed, budget="2000 substeps"), slow, cost=300.0)
+
+
 @pytest.fixture
 def path(tmp_path: Path) -> Path:
     """Diffphysics with a budget of 1000 substeps, of which 4 iterations take 800; random with 300 of 2000 a time."""
-    path = tmp_path / "runs.db"
-    with Store(path) as store:
-        for seed in range(2):
-            rise = [None, 0.2 + seed, 0.4 + seed, 0.8 + seed]
-            add_curve(store, make_spec(seed=seed), rise, cost=200.0)
-            slow = [0.1, 0.1, 0.3, 0.3, 0.3, 0.9]
-            add_curve(store, make_spec(method="random-v1", seed=seed, budget="2000 substeps"), slow, cost=300.0)
-    return path
+    return _learnt(tmp_path / "runs.db")
 
 
 def test_a_curve_says_what_had_been_found_at_every_amount(path: Path) -> None:

@@ -91,11 +91,11 @@ EPISODES = [
 DEAR = ("interface", "clay", "mud", "snow", "water", "wading")
 """Scenes whose kernels take long to compile. The adjoints of their laws are checked alone in
 `tests/sim/kernels/test_media_adjoint.py` and `test_drift.py`, sand has all that they have beside it, and the
-conformance suite has a robot in the desert, whose velocity field is its own."""
+conformance suite has robots of viscous matter, and one in the desert, whose velocity field is its own."""
 
 
 def _marks(name: str) -> tuple[pytest.MarkDecorator, ...]:
-    return (pytest.mark.slow,) if name in DEAR else ()
+    return (pytest.mark.slow,) if name in (*DEAR, "damped") else ()
 
 
 @pytest.fixture(

@@ -117,6 +117,7 @@ def test_without_ground_and_gravity_momentum_stays_and_energy_falls() -> None:
     assert solver.matter.v[0, 0, scene.slice_of("block"), 0].mean() > 0.01
 
 
+@pytest.mark.slow  # the conformance suite has an object's motion, and its gradient
 def test_a_body_moves_as_an_object_as_it_does_as_the_robot() -> None:
     """Out of reach of each other, each with moduli, density and velocity field of its own."""
     rng = np.random.default_rng(1)
@@ -139,7 +140,7 @@ def test_a_body_moves_as_an_object_as_it_does_as_the_robot() -> None:
 
 def test_a_lighter_object_than_the_robot_is_possible() -> None:
     """Its density is its own, and not one that a design of the robot may have."""
-    scene = ground_scene()
+    scene = replace(ground_scene(), ground=None, gravity=scenes.NO_GRAVITY)  # in flight, as above, for its kernels
     light = replace(scene.objects[0].body, material=replace(scene.objects[0].body.material, density=200.0))
     solver = Solver(replace(scene, objects=(SceneObject("block", light),)), scenes.fidelity())
     rollout = solver.run(scenes.actuation(solver, 2))

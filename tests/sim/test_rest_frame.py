@@ -122,6 +122,7 @@ _FAST = (_ragged_scene,)
 """It has all effects of the others but the terrain, and each compiles kernels of its own."""
 
 
+@pytest.mark.slow  # the conformance suite has it, of a fish in the sea
 @pytest.mark.parametrize(
     "make",
     [
@@ -157,6 +158,7 @@ def test_gradient_agrees_with_differences(make: object) -> None:
         assert found == pytest.approx(along, rel=2e-5, abs=1e-6 * np.abs(exact * direction).sum()), name
 
 
+@pytest.mark.slow  # tests/sim/test_tape.py has it on the grid; its kernel takes eight seconds
 def test_gradient_is_the_same_from_checkpoints() -> None:
     """States that are computed again give every bit of the gradient."""
     scene = scenes.damped_scene()
@@ -167,6 +169,7 @@ def test_gradient_is_the_same_from_checkpoints() -> None:
     assert scenes.same(whole, pieces)
 
 
+@pytest.mark.slow  # its kernel takes eight seconds; tests/cell/test_robot.py has worlds on the grid
 def test_world_of_a_batch_equals_the_same_world_alone() -> None:
     """Path and gradient of two worlds agree bit for bit with those of one."""
     scene = scenes.damped_scene()

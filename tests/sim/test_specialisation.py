@@ -25,7 +25,7 @@ def _tensors() -> dict[int, int]:
     return {storage.data_ptr(): storage.nbytes() for storage in held}
 
 
-@pytest.mark.parametrize("gradients", [False, True])
+@pytest.mark.parametrize("gradients", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_a_forward_run_holds_no_adjoint(gradients: bool) -> None:
     """Nothing is held after an episode that was not there before it, unless gradients were asked for."""
     solver = Solver(scenes.ground_scene(), scenes.fidelity(), gradients=gradients)
@@ -93,7 +93,7 @@ slow = pytest.mark.slow
     ("on", "off", "idle", "effects"),
     [
         # compiled in and not activated
-        pytest.param(FLIGHT, LIMP, True, {Effect.MUSCLE}, id="muscle"),
+        pytest.param(FLIGHT, LIMP, True, {Effect.MUSCLE}, id="muscle", marks=slow),
         # compiled in with the smallest positive coefficient
         pytest.param(
             scenes.ground_scene(friction=5e-324),

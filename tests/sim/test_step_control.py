@@ -149,7 +149,7 @@ def test_real_impact_is_saved_by_a_retry() -> None:
 
 def test_a_rollout_is_replayed_exactly() -> None:
     """Its substeps give it again bit for bit, whatever the state would have chosen; so do gradients."""
-    solver, first, gradient = scenes.episode(scenes.medium_scene("snow"), 3)
+    solver, first, gradient = scenes.episode(scenes.medium_scene("sand"), 3)
     actuation, weights = scenes.actuation(solver, 3), scenes.path_weights(solver, 3)
     again = solver.run(actuation, replay=first)
     assert np.array_equal(again.positions, first.positions)
@@ -174,7 +174,17 @@ def test_a_rollout_that_cannot_be_replayed_is_refused(changes: dict[str, np.ndar
         solver.run(scenes.actuation(solver, 3), replay=replace(first, **changes))
 
 
-@pytest.mark.parametrize("scene", [scenes.flight_scene(), scenes.medium_scene("snow"), scenes.wading_scene()])
+@pytest.mark.parametrize(
+    "scene",
+    [
+        scenes.flight_scene(),
+        # each compiles kernels of its own
+        *(
+            pytest.param(scene, marks=pytest.mark.slow)
+            for scene in (scenes.medium_scene("snow"), scenes.wading_scene())
+        ),
+    ],
+)
 def test_a_renewed_condition_is_that_of_a_survey(scene: Scene) -> None:
     """After another activity, of the robot alone and beside what it moves in, to the last bit."""
     solver = Solver(scene, scenes.fidelity(), worlds=2)

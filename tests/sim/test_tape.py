@@ -94,7 +94,7 @@ def _solver(precision: int, **options: Any) -> Solver:
     return Solver(scenes.ground_scene(), scenes.fidelity(precision, courant=0.05), worlds=WORLDS, **options)
 
 
-@pytest.fixture(scope="module", params=[32, 64])
+@pytest.fixture(scope="module", params=[32, pytest.param(64, marks=pytest.mark.slow)])
 def whole(request: pytest.FixtureRequest) -> Iterator[tuple[int, Rollout, Gradient, SubstepMeter]]:
     """The episode with all its states on the tape."""
     with pytest.MonkeyPatch.context() as monkeypatch:
@@ -177,7 +177,7 @@ def test_a_released_tape_takes_no_memory(
     assert all(room() is None for room in rooms)
 
 
-@pytest.mark.parametrize("states", [30, 40, 60, 400])
+@pytest.mark.parametrize("states", [30, *(pytest.param(n, marks=pytest.mark.slow) for n in (40, 60)), 400])
 def test_memory_is_kept(states: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """All states that are alive at any launch fit, though frames take more substeps than declared."""
     size = _solver(64).matter.bytes_per_slot()

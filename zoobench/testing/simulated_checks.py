@@ -90,7 +90,7 @@ def check_method(name: str) -> None:
     component = registry.get(Kind.METHOD, name)
     tags, text = component.tags, f"{name}[population=4]" if "population" in component.parameters else name
     controller, text = ("policy-network", f"{name}[buffer=64]") if "policy" in tags else ("sine-basis", text)
-    design = "voxel" if {"space", "sites"} & tags else "caterpillar"
+    design = "voxel[edge=0.025]" if {"space", "sites"} & tags else "caterpillar"
     spec = small_cell(budget=Budget("iterations", 4), design=design, controller=controller, method=text)
     whole = _Trial(spec)
     solution = whole.run()

@@ -182,6 +182,7 @@ def _incline(degrees: float, friction: float, frames: int) -> tuple[Solver, Roll
     return solver, rollout, rollout.positions[:, 0].mean(1)
 
 
+@pytest.mark.slow
 def test_block_sticks_on_a_gentle_incline() -> None:
     """With tan(angle) below the friction coefficient the equilibrated block creeps by less than 1/50 cell."""
     _, _, centre = _incline(15.0, 0.4, 100)

@@ -117,7 +117,7 @@ CASES: dict[str, tuple[Any, Callable[[Array, Array], Array]]] = {
 }
 
 
-@pytest.mark.parametrize("vectors", [True, False])
+@pytest.mark.parametrize("vectors", [True, pytest.param(False, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", list(CASES))
 def test_operations_agree_with_numpy(name: str, vectors: bool) -> None:
     """Compiled to vectors or to scalars; the fourth lanes of what is stored are zero."""

@@ -100,7 +100,7 @@ def _mean(places: Array, J: Array, width: int) -> Array:
     return mean
 
 
-@pytest.mark.parametrize("width", [QUADRATIC, CUBIC])
+@pytest.mark.parametrize("width", [QUADRATIC, pytest.param(CUBIC, marks=pytest.mark.slow)])
 def test_what_is_far_from_the_mean_decays_and_nothing_else(width: int) -> None:
     """At the stated rate beyond the tolerated difference, by a twin on dense matrices; else bit for bit the same."""
     places, J = _drifted()
@@ -113,7 +113,7 @@ def test_what_is_far_from_the_mean_decays_and_nothing_else(width: int) -> None:
     assert np.array_equal(after[np.abs(gap) < TOLERATED_DRIFT - 1e-12], J[np.abs(gap) < TOLERATED_DRIFT - 1e-12])
 
 
-@pytest.mark.parametrize("width", [QUADRATIC, CUBIC])
+@pytest.mark.parametrize("width", [QUADRATIC, pytest.param(CUBIC, marks=pytest.mark.slow)])
 def test_adjoint_of_return_matches_differences(width: int) -> None:
     """By the places and by J, of the particle itself and of all that it shares nodes with."""
     places, J = _drifted()

@@ -21,7 +21,9 @@ from zoobench.sim.model.laws import elastic as twins
 from zoobench.sim.model.laws.elastic import lame_parameters
 
 MU, LAM = lame_parameters(1e4, 0.3)
-PRECISIONS = pytest.mark.parametrize(("precision", "tolerance"), [(64, 1e-12), (32, 1e-6)])
+PRECISIONS = pytest.mark.parametrize(
+    ("precision", "tolerance"), [(64, 1e-12), pytest.param(32, 1e-6, marks=pytest.mark.slow)]
+)
 
 
 @ti.kernel

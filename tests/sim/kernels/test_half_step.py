@@ -8,7 +8,9 @@ from zoobench.sim.model.fidelity import Transfer
 from zoobench.sim.solver import Solver
 
 
-@pytest.mark.parametrize("transfer", ["apic", "pic", "aflip"])
+@pytest.mark.parametrize(
+    "transfer", ["apic", *(pytest.param(name, marks=pytest.mark.slow) for name in ("pic", "aflip"))]
+)
 def test_the_nodes_hold_what_the_substep_then_makes_velocities_of(transfer: Transfer) -> None:
     """In free flight nothing else happens to them; together they have the particles' momentum and mass."""
     solver = Solver(flight_scene(), fidelity(transfer=transfer))

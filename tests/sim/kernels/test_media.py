@@ -50,7 +50,7 @@ def test_update_agrees_with_its_twin(name: str, precision: int, tolerance: float
 SIZES = (1e-6, 1e-4, 1e-3, 1e-2, 0.03, 0.06, 0.99 * NEAR, 1.01 * NEAR, 0.3)
 
 
-@pytest.mark.parametrize(("precision", "tolerance"), [(64, 1e-14), (32, 1e-6)])
+@pytest.mark.parametrize(("precision", "tolerance"), [(64, 1e-14), pytest.param(32, 1e-6, marks=pytest.mark.slow)])
 @EVERY_SOLID
 def test_update_agrees_with_its_twin_at_every_size(name: str, precision: int, tolerance: float) -> None:
     """Elastic, yielding and loose, from next to no strain through the border of the series to beyond it."""

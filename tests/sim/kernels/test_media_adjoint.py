@@ -77,9 +77,8 @@ def test_adjoint_matches_differences_at_every_size(name: str, size: float) -> No
 
 
 # sand's yield divides as that of clay and mud does; each compiles its own law in 32 bits
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=() if name == "sand" else pytest.mark.slow) for name in SOLIDS]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SOLIDS)
 def test_adjoint_of_small_strains_keeps_its_digits(name: str) -> None:
     """In 32 bits it is that of 64 to 5e-6 at strains of some thousandths, where yield divides by the strain."""
     material = SOLIDS[name]

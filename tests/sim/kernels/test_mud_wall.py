@@ -59,6 +59,7 @@ def test_rough_ground_bears_the_shear_strength_of_the_mud() -> None:
     assert _traction(50.0) == pytest.approx(_traction(5.0), rel=1e-6)
 
 
+@pytest.mark.slow  # the adjoint of its law is checked below
 def test_smooth_ground_bears_friction_times_the_weight() -> None:
     """Coulomb's law where it asks for less than the strength; the patch's sides, which are free, press less."""
     weight = MUD.density * 9.81 * DEPTH * scenes.SPACING

@@ -19,7 +19,9 @@ FUNCTIONS = {
     "exponential": (np.expm1, lambda k: 1.0 / math.factorial(k)),
 }
 EVERY_FUNCTION = pytest.mark.parametrize("name", FUNCTIONS)
-PRECISIONS = pytest.mark.parametrize(("precision", "rounding"), [(64, 2.2e-16), (32, 1.2e-7)])
+PRECISIONS = pytest.mark.parametrize(
+    ("precision", "rounding"), [(64, 2.2e-16), pytest.param(32, 1.2e-7, marks=pytest.mark.slow)]
+)
 
 
 def _matrices(size: float, count: int = 200) -> np.ndarray:

@@ -87,7 +87,7 @@ def test_shift_is_down_the_gradient_of_density(width: int) -> None:
     assert not shift[surplus == 0.0].any()
 
 
-@pytest.mark.parametrize("width", [QUADRATIC, CUBIC])
+@pytest.mark.parametrize("width", [QUADRATIC, pytest.param(CUBIC, marks=pytest.mark.slow)])
 def test_adjoint_of_shift_matches_differences(width: int) -> None:
     """By the node masses, the places, J and the density."""
     given = _stirred()

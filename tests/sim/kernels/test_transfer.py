@@ -99,7 +99,7 @@ every_kernel_both_ways = pytest.mark.parametrize(
     ("kernel", "vectors"),
     [
         # single numbers, which no episode on a CPU has, take longest to compile
-        pytest.param(kernel, vectors, marks=_unless(vectors or kernel == "quadratic"))
+        pytest.param(kernel, vectors, marks=_unless(vectors))
         for kernel in get_args(Kernel)
         for vectors in (True, False)
     ],

@@ -89,7 +89,7 @@ def _ratio(J: np.ndarray, growth: np.ndarray, rho: np.ndarray, adjoint: np.ndarr
     return after, back[0], back[1], back[2]
 
 
-@pytest.mark.parametrize(("precision", "tolerance"), [(64, 1e-15), (32, 5e-7)])
+@pytest.mark.parametrize(("precision", "tolerance"), [(64, 1e-15), pytest.param(32, 5e-7, marks=pytest.mark.slow)])
 def test_ratio_agrees_with_its_twin(precision: int, tolerance: float) -> None:
     """In spray, at a surplus of density, and where J is at a bound."""
     kind = np.float64 if precision == 64 else np.float32
@@ -155,7 +155,7 @@ def densities(
     return given[5].numpy(), given[2][MOMENTUM].numpy().reshape(grid.shape), given[6].numpy()[:, :3]
 
 
-@pytest.mark.parametrize(("width", "bound"), [(QUADRATIC, 0.0043), (CUBIC, 0.0043)])
+@pytest.mark.parametrize(("width", "bound"), [(QUADRATIC, 0.0043), pytest.param(CUBIC, 0.0043, marks=pytest.mark.slow)])
 def test_density_of_a_full_tank_is_that_at_rest_up_to_its_walls(width: int, bound: float) -> None:
     """Within 0.43 % for each of the walls that cut the stencil, as far as a lattice differs from a continuum."""
     places = fill_box(np.zeros(3), np.full(3, float(CELLS)), 1.0, 8) + WALL_NODES
@@ -163,7 +163,7 @@ def test_density_of_a_full_tank_is_that_at_rest_up_to_its_walls(width: int, boun
     assert np.abs(rho - 1.0).max() <= (1.0 + bound) ** 3 - 1.0
 
 
-@pytest.mark.parametrize("width", [QUADRATIC, CUBIC])
+@pytest.mark.parametrize("width", [QUADRATIC, pytest.param(CUBIC, marks=pytest.mark.slow)])
 def test_adjoint_of_density_matches_differences(width: int) -> None:
     """By the places and the node masses, near walls and beyond them."""
     rng = np.random.default_rng(3)
@@ -257,6 +257,7 @@ def test_dense_water_expands() -> None:
     assert _height(solver) >= 8.0 * float(solver.matter.history.mean()) / (1.0 + TOLERATED_SURPLUS)
 
 
+@pytest.mark.slow
 def test_correction_does_not_depend_on_the_step() -> None:
     """After 10 ms J of dense water is the same with steps half as long, to a few per cent of its fall."""
     falls = []

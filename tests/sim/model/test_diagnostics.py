@@ -149,7 +149,8 @@ def test_nan_is_found_in_the_frame_that_makes_it() -> None:
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.slow if name in DEAR else ()) for name in scenes.SCENES]
+    "name",
+    [pytest.param(name, marks=pytest.mark.slow if name in (*DEAR, "damped", "mire") else ()) for name in scenes.SCENES],
 )
 def test_healthy_episode_reports_nothing(name: str) -> None:
     """No divergence and no guarded particle in the scenes of these tests."""

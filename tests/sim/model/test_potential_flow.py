@@ -22,7 +22,11 @@ def _ellipsoid(radii: tuple[float, float, float], count: int) -> Array:
 
 
 @pytest.mark.parametrize(
-    ("radii", "exact"), [((0.05, 0.05, 0.05), (0.5, 0.5, 0.5)), ((0.1, 0.02, 0.02), (0.0591, 0.8943, 0.8943))]
+    ("radii", "exact"),
+    [
+        pytest.param((0.05, 0.05, 0.05), (0.5, 0.5, 0.5), marks=pytest.mark.slow),
+        ((0.1, 0.02, 0.02), (0.0591, 0.8943, 0.8943)),
+    ],
 )
 def test_added_mass_is_that_of_lamb(radii: tuple[float, float, float], exact: tuple[float, float, float]) -> None:
     """Of a sphere and of a spheroid five times as long as wide, by the water displaced."""

@@ -52,6 +52,7 @@ def test_level_terrain_is_the_plane() -> None:
     assert found[0][1].any()
 
 
+@pytest.mark.slow  # a block slides in tests/sim/kernels/test_boundary.py
 @pytest.mark.parametrize("friction", [0.0, 0.4])
 def test_block_slides_down_a_slope_as_on_an_incline(friction: float) -> None:
     """A 45 degree slope, whose nodes lie on it exactly: g (sin - mu cos) along it, to 2 % of the distance."""

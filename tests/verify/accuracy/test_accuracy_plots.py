@@ -16,6 +16,7 @@ from zoobench_verify.accuracy.energy_rows import energies
 from zoobench_verify.accuracy.records import Measurements
 
 
+@pytest.mark.slow
 def test_one_picture_has_a_panel_for_each_environment(tmp_path: Path) -> None:
     """Three beside each other, a fourth below; the same height for two as for one."""
     from matplotlib.image import imread

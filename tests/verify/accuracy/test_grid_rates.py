@@ -12,7 +12,9 @@ from zoobench_verify.accuracy.grid_rates import grid_rates
 from zoobench_verify.energies import to_array
 
 
-@pytest.mark.parametrize("kernel", get_args(Kernel))
+@pytest.mark.parametrize(
+    "kernel", ["quadratic", *(pytest.param(name, marks=pytest.mark.slow) for name in get_args(Kernel)[1:])]
+)
 def test_rates_are_those_that_the_kernels_gather(kernel: Kernel) -> None:
     """With APIC a particle's affine field after a substep is what it gathered from the nodes."""
     body = scenes.thrown_body(

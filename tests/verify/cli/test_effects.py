@@ -20,6 +20,7 @@ def test_effects_derives_the_table_for_every_environment(zoobench: Command) -> N
     assert (rows["ground"]["medium"], rows["ground"]["thickness"]) == ("none", None)
 
 
+@pytest.mark.slow  # costs are measured in tests/verify/effects, and printed below
 def test_effects_measures(zoobench: Command) -> None:
     """What an effect of one environment costs."""
     cell = ("verify", "effects", "--env", "ground", "--fidelity", "smoke", "--repeats", "1")

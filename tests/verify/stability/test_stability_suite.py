@@ -6,14 +6,17 @@ from zoobench_verify.cases import Case
 from zoobench_verify.stability.stability_suite import CASES, row_of, stored
 
 SHOWN_ELSEWHERE = {
+    "control-beyond-limit": "tests/sim/model/test_step_limits.py, the limit is sharp",
     "inverted-particles": "tests/sim/model/test_diagnostics.py",
     "collapsed-particles": "the same",
     "spray": "water's law in spray in tests/sim/kernels/test_water.py",
     "lone-water": "the same",
     "stretched-bar": "release-from-tension; tests/sim/test_damping.py, a torn robot is noticed",
-    "fold": "muscle-step",
+    "fold": "tests/envs/test_strongest_actuation.py",
     "muscle-flutter": "the same",
-    "muscle-near-runaway": "control-muscle-runaway",
+    "muscle-near-runaway": "tests/sim/model/test_step_limits.py, the limit is sharp",
+    "control-muscle-runaway": "the same",
+    "control-too-fast": "tests/sim/test_step_control.py, fast matter shortens the step",
     "all-corners": "on-the-nodes",
     "far-from-origin": "off-the-lattice",
     "object-in-a-corner": "tests/sim/test_objects.py",
@@ -25,7 +28,10 @@ SHOWN_ELSEWHERE = {
     "lone-sand": "the law of torn sand in tests/sim/kernels/test_media.py",
     "drop-on-snow": "tests/envs/test_strongest_actuation.py, on snow",
     "ice-and-glue": "tests/sim/test_adjoint.py, thrust needs friction",
-    "fast-landing": "landing-beyond-speed-limit",
+    "fast-landing": "tests/sim/test_step_control.py, fast matter shortens the step",
+    "landing-beyond-speed-limit": "the same",
+    "flood": "water on a grid survives in tests/envs/test_strongest_actuation.py",
+    "muscle-step": "tests/envs/test_strongest_actuation.py",
     "full-strength": "tests/envs/test_strongest_actuation.py",
     "nearly-incompressible": "gravity-column of the validation suite",
 }

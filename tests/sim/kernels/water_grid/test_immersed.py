@@ -16,7 +16,7 @@ from zoobench.sim.step_control import Diagnostics
 
 def test_still_water_and_a_body_of_its_density_stay_at_rest() -> None:
     """Nothing moves but by the rounding of weight against buoyancy."""
-    solver = Solver(block_in_water(), fine(32))
+    solver = Solver(block_in_water(), fine())
     solver.substeps(50, 2e-4)
     assert solver.matter.v.abs().max() < 1e-7
     assert np.abs(flow_of(solver)).max() < 1e-7
@@ -71,18 +71,18 @@ def test_gradients_do_not_depend_on_what_is_stored() -> None:
 
 def test_worlds_do_not_mix() -> None:
     """Two worlds side by side are the same as each alone, water included."""
-    solver = Solver(muscles_in_water(), fine(32), worlds=2)
+    solver = Solver(muscles_in_water(), fine(), worlds=2)
     activity = scenes.actuation(solver, 3)
     both = solver.run(activity)
     for world in range(2):
-        alone = Solver(muscles_in_water(), fine(32))
+        alone = Solver(muscles_in_water(), fine())
         assert np.array_equal(alone.run(activity[:, world : world + 1]).positions[:, 0], both.positions[:, world])
         assert np.array_equal(flow_of(alone), flow_of(solver, world))
 
 
 def test_fast_water_shortens_the_step() -> None:
     """The step follows the water's speed, too, and water that is not finite is noticed."""
-    slow, fast = (Solver(empty_water(speed * stirred(), 1 / 32), fine(32)) for speed in (1e-6, 100.0))
+    slow, fast = (Solver(empty_water(speed * stirred(), 1 / 32), fine()) for speed in (1e-6, 100.0))
     assert fast.current_limit()[0].dt < 0.5 * slow.current_limit()[0].dt
     fast.matter.flow[0, 0, 7, 1] = np.nan
     assert np.isnan(Diagnostics(fast.simulation).survey()[0].speed)
@@ -105,9 +105,9 @@ def test_impossible_water_is_refused(changes: dict[str, object], message: str) -
 def test_water_needs_some_cells_and_one_thread() -> None:
     """Neither a box of two cells nor worlds at once can be simulated."""
     with pytest.raises(SceneError, match="at least 2"):
-        Solver(block_in_water(), replace(fine(32), grid_spacing=SIZE[1]))
+        Solver(block_in_water(), replace(fine(), grid_spacing=SIZE[1]))
     with pytest.raises(UsageError, match="one thread"):
-        Solver(block_in_water(), fine(32), parallel=True)
+        Solver(block_in_water(), fine(), parallel=True)
 
 
 @pytest.mark.slow  # tests/sim/kernels/test_velocity_fields.py shows it of a bed; its kernel takes eight seconds
