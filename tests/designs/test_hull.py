@@ -45,7 +45,7 @@ def test_hull_of_a_solid_does_not_depend_on_the_grid() -> None:
 def test_a_fish_has_a_symmetric_hull(name: str) -> None:
     """Triangle for triangle above and below as left and right, so that no fish turns, dives or rolls for its hull."""
     body = registry.create(Kind.DESIGN, Ref(name)).body(DRAFT)
-    triangles, edge = _of_solid(body.distance, body.drawn_box)
+    triangles, edge = _of_solid(body.drawing)
     middles = triangles.mean(axis=1)
     for axis, middle in ((1, 1.5 * MIDDLE), (2, 0.0)):
         mirrored = middles.copy()
@@ -57,7 +57,7 @@ def test_a_fish_has_a_symmetric_hull(name: str) -> None:
 def test_hull_of_particles_is_that_of_their_cubes() -> None:
     """Within a twentieth of the volume, as where only particles are known the corners are cut."""
     fish = _fish(STANDARD)
-    known, found = hull_of(fish), hull_of(replace(fish, distance=None))
+    known, found = hull_of(fish), hull_of(replace(fish, drawing=None))
     assert found.volume == pytest.approx(known.volume, rel=0.08)
     areas_of = [np.linalg.norm(areas(each.triangles), axis=1).sum() for each in (known, found)]
     assert areas_of[1] == pytest.approx(areas_of[0], rel=0.1)

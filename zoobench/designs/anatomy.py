@@ -7,7 +7,7 @@ from functools import cached_property, reduce
 import numpy as np
 
 from zoobench.arrays import Array
-from zoobench.designs.base import Body, sampled_once
+from zoobench.designs.base import Body, Drawing, sampled_once
 from zoobench.designs.sampling import Shape
 from zoobench.designs.shapes import Distance, Point, smooth_union
 from zoobench.errors import UsageError
@@ -192,17 +192,16 @@ class Animal:
             # normalised to the mass of the same volume of muscle, so that an animal neither sinks nor rises
             density_ratio=density / np.average(density, weights=sample.volumes),
             fibres=sample.direction(self._directions(drawn, tissue), shares.sum(axis=1)),
-            distance=self.distance,
-            drawn_box=self._drawn_box,
+            drawing=self._drawing,
         )
 
     @property
-    def _drawn_box(self) -> tuple[Array, Array]:
-        """Corners of the bounding box [m], that of a swimmer as far above its middle as below."""
+    def _drawing(self) -> Drawing:
+        """The solid in its bounding box, that of a swimmer as far above its middle as below."""
         lower, upper = np.array(self.shape.lower), np.array(self.shape.upper)
         if self.middle is not None:
             upper[1] = 2.0 * self.scale * self.middle
-        return lower, upper
+        return Drawing(self.distance, lower, upper)
 
     def _tissue(self, drawn: Array) -> Array:
         """Share of each part at each point `[n, part_count]`: 1 in the part with the least distance, blended nearby."""

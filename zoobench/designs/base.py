@@ -16,6 +16,20 @@ from zoobench.sim.model.fidelity import Fidelity
 
 
 @dataclass(frozen=True)
+class Drawing:
+    """A solid as it was drawn, the same at every resolution.
+
+    Attributes:
+        distance: signed distance `[n]` [m] of points `[n, 3]` [m] to the solid's surface, negative inside.
+        lower, upper: corners `[3]` [m] of a box around the solid, whose middle planes are those of a symmetric solid.
+    """
+
+    distance: Callable[[Array], Array]
+    lower: Array
+    upper: Array
+
+
+@dataclass(frozen=True)
 class Body(BodyParticles):
     """A robot at rest, relative to the point on the ground below its centre; x is ahead, y up, z to the right.
 
@@ -30,9 +44,7 @@ class Body(BodyParticles):
         notes: notes for users on how the body was made, as sentences; such as repairs of a file.
         rings: places along x [m] at which pictures draw a ring around the body, as between segments.
         anchored: `[particle_count]` what is held at rest: the box around it; None for a body that is free.
-        distance: signed distance `[n]` [m] of points `[n, 3]` [m] to the solid's surface, negative inside; None where
-            only the particles are known.
-        drawn_box: lower and upper corner `[3]` [m] of a box around that solid, whose middle is the solid's.
+        drawing: of the solid; None where only the particles are known.
         base_speed: of what is anchored, at full activity of its last three muscles' channels, which move it ahead, up
             and to the right [m/s]; 0 where it is held.
     """
@@ -47,8 +59,7 @@ class Body(BodyParticles):
     rings: tuple[float, ...] = ()
     anchored: Mask | None = None
     base_speed: float = 0.0
-    distance: Callable[[Array], Array] | None = None
-    drawn_box: tuple[Array, Array] | None = None
+    drawing: Drawing | None = None
 
     @classmethod
     def of(

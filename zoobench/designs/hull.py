@@ -2,13 +2,12 @@
 its particles are known, where half of space is theirs."""
 
 import math
-from collections.abc import Callable
 from typing import cast
 
 import numpy as np
 
 from zoobench.arrays import Array
-from zoobench.designs.base import Body
+from zoobench.designs.base import Body, Drawing
 from zoobench.sim.model.potential_flow import areas
 from zoobench.sim.model.surface_water import Hull
 
@@ -36,15 +35,14 @@ def hull_of(body: Body) -> Hull:
     """The surface of a body, which is kept with it."""
     kept = vars(body)
     if "_hull" not in kept:
-        distance, box = body.distance, body.drawn_box
-        triangles, edge = _of_particles(body) if distance is None or box is None else _of_solid(distance, box)
+        triangles, edge = _of_particles(body) if body.drawing is None else _of_solid(body.drawing)
         kept["_hull"] = Hull.of(triangles, edge)
     return cast("Hull", kept["_hull"])
 
 
-def _of_solid(distance: Callable[[Array], Array], box: tuple[Array, Array]) -> tuple[Array, float]:
+def _of_solid(drawing: Drawing) -> tuple[Array, float]:
     """The surface of a solid in triangles `[n, 3, 3]` [m], and the edge of the cubes that it was found with [m]."""
-    low, high = box
+    low, high = drawing.lower, drawing.upper
 
     def found(edge: float) -> Array:
         counts = np.ceil((high - low) / edge).astype(int) + 4
@@ -53,7 +51,7 @@ def _of_solid(distance: Callable[[Array], Array], box: tuple[Array, Array]) -> t
             middle + edge * (np.arange(n) - (n - 1) / 2) for middle, n in zip((low + high) / 2, counts, strict=True)
         ]
         points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
-        triangles = _surface(-distance(points.reshape(-1, 3)).reshape(points.shape[:3]), 0.0, edge)
+        triangles = _surface(-drawing.distance(points.reshape(-1, 3)).reshape(points.shape[:3]), 0.0, edge)
         return cast("Array", triangles + points[0, 0, 0])
 
     coarse = _COARSE * float((high - low).max())

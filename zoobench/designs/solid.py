@@ -53,7 +53,7 @@ def subset(workspace: Body, arrays: dict[str, Array], kept: Mask) -> Body:
     """
     whole = {name: value for name, value in vars(workspace).items() if isinstance(value, np.ndarray)} | arrays
     parts: dict[str, Any] = {name: value[kept] for name, value in whole.items()}
-    body = replace(workspace, **parts, distance=None, drawn_box=None)
+    body = replace(workspace, **parts, drawing=None)
     solid = body.occupancy > SOLID
     if (body.head & solid).any() and (body.tail & solid).any():
         return body

@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 
 from zoobench.arrays import Array
-from zoobench.designs.base import Body
+from zoobench.designs.base import Body, Drawing
 from zoobench.designs.hull import hull_of
 from zoobench.designs.sampling import Shape
 from zoobench.sim.kernels.layout import V, X
@@ -60,7 +60,8 @@ def _body(solid: TowedSolid, spacing: float) -> Body:
     sample = shape.sample(Fidelity(spacing, robot="lagrangian"))
     count = len(sample.positions)
     every = np.ones(count, bool)
-    return Body.of(sample, np.zeros((count, 0)), (), head=every, tail=every, distance=solid.distance)
+    drawing = Drawing(solid.distance, np.array(shape.lower), np.array(shape.upper))
+    return Body.of(sample, np.zeros((count, 0)), (), head=every, tail=every, drawing=drawing)
 
 
 @cache
