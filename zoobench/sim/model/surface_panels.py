@@ -94,7 +94,7 @@ def _nearest_particles(body: ElasticBody, cells: RestCells, points: Array) -> tu
     from scipy.spatial import cKDTree
 
     within = body.occupancy >= 0.5 * body.occupancy.max()
-    number, lane = np.nonzero((cells.particles >= 0) & within[cells.particles] & _held(cells)[:, None])
+    number, lane = np.nonzero((cells.particles >= 0) & within[cells.particles.clip(0)] & _held(cells)[:, None])
     particles = cells.particles[number, lane]
     nearest = cKDTree(body.sites[particles]).query(points)[1]
     return number[nearest], body.occupancy[particles[nearest]]
