@@ -45,6 +45,19 @@ def test_panels_have_the_area_and_the_added_mass_of_the_triangles(
     assert 0.9 * sizes.sum() < flat <= sizes.sum()  # triangles that face alike
 
 
+def test_a_weak_point_is_no_particle(
+    fish: tuple[ElasticBody, SurfaceWater, RestCells, SurfacePanels],
+) -> None:
+    """Whatever its number; the last ones are beyond those of a body that has fewer particles than sites."""
+    body, water, cells, panels = fish
+    lane = np.argwhere((cells.particles >= 0).all(axis=1))[0, 0]
+    particles = cells.particles.copy()
+    particles[lane] = -len(body.positions) - 1
+    found = SurfacePanels.of(body, water, replace(cells, particles=particles), GRID.grid_spacing)
+    assert found.given[:, 4].sum() == pytest.approx(panels.given[:, 4].sum())
+    assert not (found.cell == lane).any()
+
+
 def test_water_acts_on_relaxed_matter_by_the_third_power_of_its_occupancy(
     fish: tuple[ElasticBody, SurfaceWater, RestCells, SurfacePanels],
 ) -> None:
