@@ -95,7 +95,7 @@ def designs() -> Iterator[tuple[str, np.ndarray]]:
         if component.needs_settings:
             continue
         if "space" in component.tags:
-            found = published.named(f"best:codesign/ocean[water=surface]/movement-speed/{name}")
+            found = published.named(f"best:codesign/ocean/movement-speed/{name}")
             yield name, body_image(formed(found.spec, list(found.params)))
         else:
             yield name, body_image(body_at(Ref(name)))
