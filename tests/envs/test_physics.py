@@ -39,7 +39,8 @@ def test_the_key_of_a_run_with_the_usual_physics_is_as_before() -> None:
 
 
 def test_published_runs_are_found_again() -> None:
-    """Each environment of the present version resolves to itself, and its bare name to the one with fewest settings."""
+    """Each environment of the present version resolves to itself, and its bare name, if it was run, to the one with
+    fewest settings."""
     items = [item for board in BOARDS for item in json.loads(board.read_text(encoding="utf-8"))["components"]]
     published = {Ref(item["name"], item["version"], tuple(sorted(item["params"].items()))) for item in items}
     usual = {name: registry.resolve(Kind.ENV, Ref(name)) for name in ENVS}
@@ -49,7 +50,8 @@ def test_published_runs_are_found_again() -> None:
         assert registry.resolve(Kind.ENV, env) == env
     for name in {env.name for env in envs}:
         plainest = min((env for env in envs if env.name == name), key=lambda env: len(env.params))
-        assert usual[name] == plainest
+        assert usual[name] == plainest or usual[name] not in envs
+    assert len(envs & set(usual.values())) >= 3
 
 
 @pytest.mark.parametrize("name", ENVS)
