@@ -27,6 +27,9 @@ _SLIVER = 1e-4
 _CLOSED = 0.6
 """Share of a cube that a part counts for which is thinner than half a cube, so that it has a surface."""
 
+_PLATE = 4
+"""Cubes across a plate at most."""
+
 _CROSS = np.array([[[abs(x) + abs(y) + abs(z) <= 1 for z in (-1, 0, 1)] for y in (-1, 0, 1)] for x in (-1, 0, 1)])
 """A cube and those that share a face with it."""
 
@@ -46,7 +49,8 @@ def _of_solid(drawing: Drawing) -> tuple[Array, float]:
 
     def found(edge: float) -> Array:
         counts = np.ceil((high - low) / edge).astype(int) + 4
-        counts += 1 - counts % 2  # the middle planes have points, so that the surface is symmetric where the body is
+        if counts.min() > 4 + _PLATE:  # one plane of points across a plate would make a wedge of its edges
+            counts += 1 - counts % 2  # points on the middle planes, so that a symmetric body has a symmetric surface
         axes = [
             middle + edge * (np.arange(n) - (n - 1) / 2) for middle, n in zip((low + high) / 2, counts, strict=True)
         ]
