@@ -162,7 +162,7 @@ class Robot:
     onset: float = 0.0
 
     @classmethod
-    def of(cls, design: Ref, controller: Ref, fidelity: Fidelity, task: Ref) -> "Robot":
+    def of(cls, design: Ref, controller: Ref, fidelity: Fidelity, task: Ref, onset: float = 0.0) -> "Robot":
         """The robot of a design and a controller at this fidelity, for a task, which a closed loop observes.
 
         Raises:
@@ -176,7 +176,7 @@ class Robot:
         if not isinstance(moved_by, OpenLoop):
             layout = layout_of(body.muscle_count, seen_by(moved_by, registry.create(Kind.TASK, task)))
         space = made if isinstance(made, DesignSpace) else None
-        robot = cls(moved_by, body, space, fidelity.least_occupancy, layout)
+        robot = cls(moved_by, body, space, fidelity.least_occupancy, layout, onset)
         if isinstance(moved_by, Gait):
             robot._check_gait(moved_by.start.spec)
         return robot

@@ -196,8 +196,6 @@ class Session:
             UsageError: an episode is over and was not begun again, or `activity` has another shape or range.
             BudgetExhaustedError: the budget does not suffice for this frame; nothing is simulated.
         """
-        import torch
-
         if self._over.any():
             raise UsageError(f"The episode of world {int(self._over.argmax())} is over. Begin it again before a step.")
         if not self.affords(1):
@@ -207,9 +205,8 @@ class Session:
                 f"{meter.spent(budget.kind):,.6g} are spent. Give a larger budget."
             )
         begun = self._playback.frames.tolist().count(0)
-        strength = self._problem.robot.strength(torch.as_tensor(self.times[:, None])).numpy()
         with self._metered():
-            self._playback.frame(self._solver.check_actuation(np.asarray(activity)[None])[0] * strength)
+            self._playback.frame(self._risen(activity) if self._problem.robot.onset else activity)
         self._problem.meter.episodes += begun
         rollout, frames = self._playback.rollout, self._playback.frames
         failures = {world: self._told(world, one) for world, one in {**rollout.tears, **rollout.divergences}.items()}
@@ -229,6 +226,14 @@ class Session:
         self._over, self._last = terminated | truncated, rewards
         evaluations = {world: self._evaluation(world) for world in np.flatnonzero(truncated).tolist() if self._history}
         return Step(self._observations(), rewards.copy(), terminated, truncated, failures, evaluations)
+
+    def _risen(self, activity: Array) -> Array:
+        """What muscles have of an activity in the time of onset; checked, as one of another shape might fit."""
+        import torch
+
+        strength = self._problem.robot.strength(torch.as_tensor(self.times[:, None])).numpy()
+        found: Array = self._solver.check_actuation(np.asarray(activity)[None])[0] * strength
+        return found
 
     @contextmanager
     def _metered(self) -> Iterator[None]:

@@ -48,8 +48,9 @@ def _of_solid(drawing: Drawing) -> tuple[Array, float]:
     low, high = drawing.lower, drawing.upper
 
     def found(edge: float) -> Array:
-        counts = np.ceil((high - low) / edge).astype(int) + 4
-        if counts.min() > 4 + _PLATE:  # one plane of points across a plate would make a wedge of its edges
+        cubes = np.ceil((high - low) / edge).astype(int)
+        counts = cubes + 4
+        if cubes.min() > _PLATE:  # one plane of points across a plate would make a wedge of its edges
             counts += 1 - counts % 2  # points on the middle planes, so that a symmetric body has a symmetric surface
         axes = [
             middle + edge * (np.arange(n) - (n - 1) / 2) for middle, n in zip((low + high) / 2, counts, strict=True)
