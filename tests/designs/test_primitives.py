@@ -72,12 +72,12 @@ def test_the_workspace_has_as_many_particles_in_a_cell_as_a_primitive() -> None:
 
 
 def test_the_workspace_is_as_stiff_as_the_stiffest_fin() -> None:
-    """The stiffness of a form is relative to it."""
+    """The stiffness of a form is relative to it; the softest is the fin on the orca's back."""
     made = primitives()
     body = made.workspace(DRAFT)
     assert (body.stiffness == 2.0).all()
     assert (made.tissues(body).stiffness.amax(dim=1) == 1.0).all()
-    assert made.tissues(body).stiffness.min() >= 0.25
+    assert made.tissues(body).stiffness.min() >= 0.025
 
 
 @pytest.mark.slow
