@@ -53,16 +53,6 @@ def test_a_fish_has_a_symmetric_hull(name: str) -> None:
         assert cKDTree(middles).query(mirrored)[0].max() < 1e-6 * edge
 
 
-def test_the_orca_has_a_hull_around_its_back_fin() -> None:
-    """It is higher above the middle than the belly is below, on a lattice that is as far above the middle as below."""
-    body = registry.create(Kind.DESIGN, Ref("orca")).body(DRAFT)
-    triangles, edge = _of_solid(body.drawing)
-    middle = 1.5 * 0.75 * MIDDLE
-    assert triangles[..., 1].max() > 2.0 * middle
-    assert triangles[..., 1].min() == pytest.approx(middle - 1.5 * 0.0154, abs=edge / 2)
-    np.testing.assert_allclose((body.drawing.lower + body.drawing.upper)[1] / 2, middle)
-
-
 @pytest.mark.slow
 def test_hull_of_particles_is_that_of_their_cubes() -> None:
     """Within a twentieth of the volume, as where only particles are known the corners are cut."""

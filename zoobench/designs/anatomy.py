@@ -37,8 +37,6 @@ stiff, which would shorten the time step by the root of that."""
 
 _POINTS = 1_000_000  # by which an animal is sampled: it fills a third of its box, and fins are a fiftieth of it
 
-_ROUNDING = 1e-4  # [m] by which boxes are larger than what is in them
-
 _MARGIN = 0.004  # [m] over which the tissues of two parts blend
 
 
@@ -202,8 +200,7 @@ class Animal:
         """The solid in its bounding box, that of a swimmer as far above its middle as below."""
         lower, upper = np.array(self.shape.lower), np.array(self.shape.upper)
         if self.middle is not None:
-            reach = max(self.middle, self.box[1] - self.middle - _ROUNDING)
-            lower[1], upper[1] = self.scale * (self.middle - reach), self.scale * (self.middle + reach)
+            upper[1] = 2.0 * self.scale * self.middle
         return Drawing(self.distance, lower, upper)
 
     def _tissue(self, drawn: Array) -> Array:
@@ -250,11 +247,11 @@ MIDDLE = 0.03125 / 1.5
 of 1/96 m and four of 1/128 m, so that what is symmetric as drawn is sampled so; it dives otherwise."""
 
 
-def swimmer(length: float, height: float, width: float, *parts: BodyPart, middle: float = MIDDLE) -> Animal:
-    """A swimmer of this length [m], drawn with this height and width [m], its middle at this height [m]."""
+def swimmer(length: float, height: float, width: float, *parts: BodyPart) -> Animal:
+    """A swimmer of this length [m], drawn with this height and width [m]."""
     return Animal(
         box=(REFERENCE_LENGTH, height, width), parts=parts, neck=0.022, rump=-0.022, length=length,
-        particles_per_cell=SWIMMER_PARTICLES, middle=middle,
+        particles_per_cell=SWIMMER_PARTICLES, middle=MIDDLE,
     )  # fmt: skip
 
 

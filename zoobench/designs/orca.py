@@ -17,22 +17,21 @@ from zoobench.designs.anatomy import (
 from zoobench.designs.shapes import UPRIGHT, Plane, fin, loft, mirrored
 from zoobench.registry import Kind, register
 
-_MIDDLE = 0.75 * MIDDLE
 _TRUNK = loft(
     [
-        (-0.044, _MIDDLE, 0.0052, 0.0060),
-        (-0.034, _MIDDLE, 0.0052, 0.0058),
-        (-0.016, _MIDDLE, 0.0060, 0.0095),
-        (0.004, _MIDDLE, 0.0126, 0.0171),
-        (0.020, _MIDDLE, 0.0154, 0.0180),
-        (0.036, _MIDDLE, 0.0119, 0.0120),
-        (0.046, _MIDDLE, 0.0065, 0.0065),
-        (0.050, _MIDDLE, 0.0, 0.0),
+        (-0.044, MIDDLE, 0.0052, 0.0060),
+        (-0.034, MIDDLE, 0.0052, 0.0058),
+        (-0.016, MIDDLE, 0.0060, 0.0095),
+        (0.004, MIDDLE, 0.0126, 0.0171),
+        (0.020, MIDDLE, 0.0154, 0.0180),
+        (0.036, MIDDLE, 0.0119, 0.0120),
+        (0.046, MIDDLE, 0.0065, 0.0065),
+        (0.050, MIDDLE, 0.0, 0.0),
     ]
 )
 _FLUKES = mirrored(
     fin(
-        Plane((0.0, _MIDDLE, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+        Plane((0.0, MIDDLE, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
         [(-0.031, -0.01), (-0.031, 0.0), (-0.036, 0.0070), (-0.0445, 0.0145), (-0.050, 0.0145), (-0.0485, 0.0060),
          (-0.047, 0.0), (-0.047, -0.01)],
         TAIL,
@@ -43,7 +42,7 @@ _FLUKES = mirrored(
 _BACK_FIN = BodyPart(
     solid=fin(
         UPRIGHT,
-        [(0.015, _MIDDLE + 0.010), (0.005, _MIDDLE + 0.019), (0.002, _MIDDLE + 0.019), (0.009, _MIDDLE + 0.010)],
+        [(0.015, MIDDLE + 0.010), (0.005, MIDDLE + 0.019), (0.002, MIDDLE + 0.019), (0.009, MIDDLE + 0.010)],
         0.0075,
     ),
     stiffness=0.05,
@@ -51,7 +50,7 @@ _BACK_FIN = BodyPart(
 # level with the middle: where they droop, the orca dives
 _FLIPPERS = mirrored(
     fin(
-        Plane((0.024, _MIDDLE, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+        Plane((0.024, MIDDLE, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
         [(0.007, 0.0), (0.006, 0.020), (0.001, 0.024), (-0.006, 0.024), (-0.008, 0.018), (-0.006, 0.0)],
         TAIL,
     )
@@ -68,9 +67,10 @@ def orca(*, length: float = SWIMMER_LENGTH, paired: bool = True) -> Animal:
     that it does not dive. The trunk is 0.75 times as stiff as muscle. The flukes, the flippers and the fin on the back
     have no muscle; they are 2, 0.5 and 0.05 times as stiff as muscle, the softer the less they brace the trunk.
 
-    * `length`: of the whole body [m]; it is 0.34 times as high and 0.48 times as wide, fins included.
+    * `length`: of the whole body [m]; it is 0.34 times as high and 0.48 times as wide, fins included. Where others have
+      their underside, it has 0.05 lengths of nothing, as all swimmers have their middle at one height.
     * `paired`: whether front muscles are left and right; without, it has eight muscles, and none to turn by [-].
     """
-    upright = opposed(("belly", "back"), 1, _MIDDLE - 0.0005, _MIDDLE + 0.0005)
+    upright = opposed(("belly", "back"), 1, MIDDLE - 0.0005, MIDDLE + 0.0005)
     trunk = myomeres(_TRUNK, upright, front=crossed(upright, SIDES) if paired else None, stiffness=0.75)
-    return swimmer(length, 0.0347, 0.0484, trunk, *stiff(_FLUKES), _BACK_FIN, *soft(_FLIPPERS), middle=_MIDDLE)
+    return swimmer(length, 0.0398, 0.0484, trunk, *stiff(_FLUKES), _BACK_FIN, *soft(_FLIPPERS))
