@@ -58,18 +58,19 @@ _FLIPPERS = mirrored(
 
 
 @register(Kind.DESIGN, "orca", version=8, tags=("primitive", "water"))
-def orca(*, length: float = SWIMMER_LENGTH, paired: bool = True) -> Animal:
-    """A whale that beats its flat tail up and down in a wave, 0.15 m long, with twelve muscles.
+def orca(*, length: float = SWIMMER_LENGTH, paired: bool = False) -> Animal:
+    """A whale that beats its flat tail up and down in a wave, 0.15 m long, with eight muscles.
 
-    The fibres of back and belly run along the whole body but the snout, in four segments each; those of the two
-    foremost are paired, left and right, and turn it. Trunk and flippers are broad in front, and the stem narrow, so
-    that the head swings less than the flukes. But for the fin on the back it is the same above and below the middle, so
-    that it does not dive. The trunk is 0.75 times as stiff as muscle. The flukes, the flippers and the fin on the back
-    have no muscle; they are 2, 0.5 and 0.05 times as stiff as muscle, the softer the less they brace the trunk.
+    The fibres of back and belly run along the whole body but the snout, in four segments each. Trunk and flippers are
+    broad in front, and the stem narrow, so that the head swings less than the flukes. But for the fin on the back it is
+    the same above and below the middle, so that it does not dive. The trunk is 0.75 times as stiff as muscle. The
+    flukes, the flippers and the fin on the back have no muscle; they are 2, 0.5 and 0.05 times as stiff as muscle, the
+    softer the less they brace the trunk.
 
     * `length`: of the whole body [m]; it is 0.34 times as high and 0.48 times as wide, fins included. Where others have
       their underside, it has 0.05 lengths of nothing, as all swimmers have their middle at one height.
-    * `paired`: whether front muscles are left and right; without, it has eight muscles, and none to turn by [-].
+    * `paired`: whether the two foremost segments have muscles left and right, twelve in all, by which it can turn. By
+      those it rolls over, too, and gaits that use them go elsewhere on each grid [-].
     """
     upright = opposed(("belly", "back"), 1, MIDDLE - 0.0005, MIDDLE + 0.0005)
     trunk = myomeres(_TRUNK, upright, front=crossed(upright, SIDES) if paired else None, stiffness=0.75)

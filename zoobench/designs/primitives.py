@@ -5,7 +5,7 @@ The common part of the spaces that mix animals (SDF-Lerp and the Wasserstein bar
 
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,9 +24,6 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 DEFAULT_PRIMITIVES = "orca+shark+clownfish+tuna"
-
-_SETTINGS: dict[str, dict[str, Any]] = {"orca": {"paired": False}}
-"""Parameters of animals that are mixed: eight muscles, as the others have, so that gaits of one drive all."""
 
 ROOM = 1.25
 """The workspace's box relative to that of the primitives, so that the surface can move."""
@@ -154,7 +151,7 @@ def _animal(name: str, length: float) -> Animal:
     component = registry.get(Kind.DESIGN, ref.name, ref.version)
     made = None
     if not component.required and "length" in component.parameters:
-        made = registry.create(Kind.DESIGN, ref.with_defaults(length=length, **_SETTINGS.get(name, {})))
+        made = registry.create(Kind.DESIGN, ref.with_defaults(length=length))
     if not isinstance(made, Animal):
         raise UsageError(
             f"The design {name!r} is no primitive: it has no signed distance. "

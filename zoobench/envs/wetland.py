@@ -13,9 +13,9 @@ MUD = Elasticity(medium_density=1400.0)
 
 
 _PROVISIONAL = (
-    "speeds of trained gaits of four animals at draft, standard and paper differ by 53, 51 and 34 % from those at fine, "
-    "which is not the limit: those of caterpillar and baby seal by 20, 8 and 4 %, and panda and fish are slower on each "
-    "finer grid; they turn at standard within 31 % of paper; paths were not measured"
+    "trained gaits of four animals move at draft, standard and paper within 53, 51 and 34 % of their speed at fine, "
+    "caterpillar and baby seal within 20, 8 and 4 %; panda and fish are slower on each finer grid; they turn at "
+    "standard within 31 % of paper; paths were not measured"
 )
 
 
