@@ -51,6 +51,7 @@ def test_a_whale_turns_and_rises_by_paired_muscles() -> None:
         expected = {"left": -1.0, "right": 1.0}.get(muscle.split("-")[-1], 0.0)
         assert places.right[n] == pytest.approx(expected, abs=0.1)
         assert abs(places.up[n] - (1.0 if "back" in muscle else -1.0)) < 0.1
+    assert np.abs(muscle_places(body_of("orca")).right).max() < 0.1  # unless they are asked for
     fish = muscle_places(body_of("fish"))
     np.testing.assert_array_equal(fish.right, fish.side)
     assert np.abs(fish.up).max() < 0.1

@@ -105,3 +105,17 @@ def test_no_cell_of_the_published_suites_is_refused(name: str) -> None:
     followed = [spec for spec in cells if "path" in spec.task.kwargs]
     assert followed
     assert not [spec for spec in followed if isinstance(spec, RunSpec) and task_fault(spec)]
+
+
+def test_what_is_the_same_left_and_right_is_not_asked_to_turn() -> None:
+    """The message names a body that can; one with sides, another task and a design space are not refused."""
+    fault = task_fault(cell(environment="ocean", task="turning", design="orca"))
+    assert "orca[paired=true]" in fault
+    for design, task in (("orca[paired=true]", "turning"), ("orca", "movement-speed"), ("sdf-lerp", "turning")):
+        assert not task_fault(cell(environment="ocean", task=task, design=design))
+
+
+@pytest.mark.parametrize("design", ["caterpillar", "baby-seal", "panda", "fish", "block"])
+def test_animals_on_land_are_asked_to_turn(design: str) -> None:
+    """They have muscles left and right."""
+    assert not task_fault(cell(environment="ground", task="turning", design=design))

@@ -61,7 +61,7 @@ def test_it_fills_its_box_and_stands_on_the_ground(name: str) -> None:
     assert (inside.max(axis=0) <= upper + 1e-9).all()
     slack = (upper - lower) - np.ptp(inside, axis=0)
     assert (slack <= (0.002, 0.003 + clearance, 0.006)).all(), slack
-    assert inside[:, 1].min() <= SPACING + clearance
+    assert clearance - 2 * SPACING <= inside[:, 1].min() <= SPACING + clearance
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -132,7 +132,8 @@ def test_tissues_differ(name: str) -> None:
     active = body.muscle_membership.sum(axis=1)
     assert np.average(1.0 - active, weights=body.volumes) > 0.05
     assert (active > 1.0 - 1e-9).mean() > 0.3
-    assert 0.05 <= body.stiffness.min() <= body.stiffness.max() <= 2.0
+    softest = 0.05 if name == "orca" else 0.5  # the fin on its back
+    assert softest <= body.stiffness.min() <= body.stiffness.max() <= 2.0
     assert body.stiffness.max() > 1.9
 
 

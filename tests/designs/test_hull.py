@@ -53,6 +53,17 @@ def test_a_fish_has_a_symmetric_hull(name: str) -> None:
         assert cKDTree(middles).query(mirrored)[0].max() < 1e-6 * edge
 
 
+def test_an_orca_without_its_back_fin_is_alike_above_and_below() -> None:
+    """Before and behind the fin, so that it does not dive."""
+    orca = registry.create(Kind.DESIGN, Ref("orca"))
+    points = np.random.default_rng(0).uniform((-0.08, 0.0, -0.04), (0.08, 1.5 * MIDDLE, 0.04), (5000, 3))
+    points = points[np.abs(points[:, 0] - 0.014) > 0.02]  # beside the fin
+    mirrored = points * (1.0, -1.0, 1.0) + (0.0, 3.0 * MIDDLE, 0.0)
+    inside = orca.distance(points) < 0.0
+    assert inside.mean() > 0.1
+    np.testing.assert_array_equal(inside, orca.distance(mirrored) < 0.0)
+
+
 @pytest.mark.slow
 def test_hull_of_particles_is_that_of_their_cubes() -> None:
     """Within a twentieth of the volume, as where only particles are known the corners are cut."""

@@ -1,4 +1,5 @@
-"""Tasks against environments: whether there is an object where one is needed, and room to follow a target."""
+"""Tasks against environments and bodies: whether there is an object where one is needed, a muscle by which to turn, and
+room to follow a target."""
 
 from functools import lru_cache
 
@@ -6,6 +7,7 @@ import numpy as np
 
 from zoobench import registry
 from zoobench.cell.robot import sampled
+from zoobench.designs.base import Body
 from zoobench.envs.base import Environment
 from zoobench.errors import SceneError, UsageError
 from zoobench.registry import Kind
@@ -16,11 +18,12 @@ _ROUNDING = 1e-9  # [m]
 
 
 def task_fault(spec: RunSpec) -> str:
-    """Why a run's task is not possible in its environment; empty if it is.
+    """Why a run's task is not possible in its environment, or to its body; empty if it is.
 
-    A task with an object needs an environment with one. The target of another must be followed to the end: a path from
-    a file must last as long as the episode, and where the arena does not follow the robot, the target must keep half of
-    the robot's length away from its walls. A body that cannot be made is refused elsewhere.
+    A task with an object needs an environment with one. What is the same left and right turns nowhere. The target of
+    another task must be followed to the end: a path from a file must last as long as the episode, and where the arena
+    does not follow the robot, the target must keep half of the robot's length away from its walls. A body that cannot
+    be made is refused elsewhere.
     """
     return _fault(spec.env, spec.task, spec.design, spec.fidelity, spec.frames)
 
@@ -35,10 +38,20 @@ def _fault(env_ref: Ref, task_ref: Ref, design: Ref, fidelity: Ref, frames: int)
             f"The task {task_ref.name!r} needs an object, and {env_ref.name!r} has none here. Give one, for example "
             "--env 'ground[object=box]'."
         )
+    grid: Fidelity = registry.create(Kind.FIDELITY, fidelity)
+    if getattr(task, "needs_sides", False) and "space" not in registry.get(Kind.DESIGN, design.name).tags:
+        try:
+            _, body = sampled(design, grid)
+        except (SceneError, UsageError):
+            return ""
+        if _is_mirrored(body):
+            return (
+                f"Each muscle of {design.name!r} is the same left and right, so that nothing turns it. Choose another "
+                f"task than {task_ref.name!r}, or a body with muscles left and right, as 'orca[paired=true]'."
+            )
     routes = getattr(task, "routes", ())
     if not routes:
         return ""
-    grid: Fidelity = registry.create(Kind.FIDELITY, fidelity)
     times = np.arange(frames + 1) * FRAME_SECONDS
     sizes, start = (each[[0, 2]] for each in env.standing_size(frames * FRAME_SECONDS, grid.grid_spacing))
     try:
@@ -62,3 +75,15 @@ def _fault(env_ref: Ref, task_ref: Ref, design: Ref, fidelity: Ref, frames: int)
                 "path, fewer frames, or a larger bed where the environment has a length and a width."
             )
     return ""
+
+
+def _is_mirrored(body: Body) -> bool:
+    """Whether the body and each of its muscles are the same left and right, and it has no base that moves."""
+    from scipy.spatial import cKDTree
+
+    if body.base_channels:
+        return False
+    places = body.positions - (0.0, 0.0, float(body.positions[:, 2].max() + body.positions[:, 2].min()) / 2)
+    apart, twins = cKDTree(places).query(places * (1.0, 1.0, -1.0))
+    differing = np.abs(body.muscle_membership[twins] - body.muscle_membership)
+    return bool(apart.max() < _ROUNDING and differing.max(initial=0.0) < _ROUNDING)

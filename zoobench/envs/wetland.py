@@ -14,7 +14,7 @@ MUD = Elasticity(medium_density=1400.0)
 
 _PROVISIONAL = (
     "trained gaits of four animals move at draft, standard and paper within 53, 51 and 34 % of their speed at fine, "
-    "caterpillar and baby seal within 20, 8 and 4 %; panda and fish are slower on each finer grid; they turn at "
+    "caterpillar and baby seal within 19, 8 and 4 %; panda and fish are slower on each finer grid; they turn at "
     "standard within 31 % of paper; paths were not measured"
 )
 

@@ -250,10 +250,12 @@ class Task(Protocol):
     Attributes:
         unit: of score, reward and objective.
         needs_object: whether it reads an object, so that it is possible only where there is one.
+        needs_sides: whether only a body with muscles that differ left and right can do it.
     """
 
     unit: ClassVar[str]
     needs_object: ClassVar[bool] = False
+    needs_sides: ClassVar[bool] = False
 
     @property
     def routes(self) -> "tuple[Route, ...]":

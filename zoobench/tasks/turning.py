@@ -25,6 +25,7 @@ class Turning(Task):
     """
 
     unit: ClassVar[str] = "m/s"
+    needs_sides: ClassVar[bool] = True
 
     def reward(self, motion: Motion) -> "Tensor":
         """Mean tangential velocity at the end of every frame `[frames, worlds]` [m/s]."""

@@ -23,7 +23,7 @@ KNOBS = (
 )  # fmt: skip
 """Parameters of the fidelity that differ from those of a level, each of them alone."""
 
-DESIGNS = {"ocean": ("fish", "tuna", "orca")}
+DESIGNS = {"ocean": ("fish", "tuna", "shark")}
 LAND_DESIGNS = ("caterpillar", "baby-seal", "panda", "fish")
 """Animals that are compared in an environment, where the user names none."""
 
