@@ -111,7 +111,12 @@ def test_what_is_the_same_left_and_right_is_not_asked_to_turn() -> None:
     """The message names a body that can; one with sides, another task and a design space are not refused."""
     fault = task_fault(cell(environment="ocean", task="turning", design="orca"))
     assert "orca[paired=true]" in fault
-    for design, task in (("orca[paired=true]", "turning"), ("orca", "movement-speed"), ("sdf-lerp", "turning")):
+    for design, task in (
+        ("orca[paired=true]", "turning"),
+        ("orca", "movement-speed"),
+        ("sdf-lerp", "turning"),
+        ("voxel[base=orca]", "turning"),
+    ):
         assert not task_fault(cell(environment="ocean", task=task, design=design))
 
 

@@ -39,7 +39,7 @@ def _fault(env_ref: Ref, task_ref: Ref, design: Ref, fidelity: Ref, frames: int)
             "--env 'ground[object=box]'."
         )
     grid: Fidelity = registry.create(Kind.FIDELITY, fidelity)
-    if getattr(task, "needs_sides", False) and "space" not in registry.get(Kind.DESIGN, design.name).tags:
+    if getattr(task, "needs_sides", False):
         try:
             _, body = sampled(design, grid)
         except (SceneError, UsageError):
@@ -78,10 +78,11 @@ def _fault(env_ref: Ref, task_ref: Ref, design: Ref, fidelity: Ref, frames: int)
 
 
 def _is_mirrored(body: Body) -> bool:
-    """Whether the body and each of its muscles are the same left and right, and it has no base that moves."""
+    """Whether the body and each of its muscles are the same left and right, and stay so: no space forms it, no base
+    moves it."""
     from scipy.spatial import cKDTree
 
-    if body.base_channels:
+    if body.malleable or body.base_channels:
         return False
     places = body.positions - (0.0, 0.0, float(body.positions[:, 2].max() + body.positions[:, 2].min()) / 2)
     apart, twins = cKDTree(places).query(places * (1.0, 1.0, -1.0))
