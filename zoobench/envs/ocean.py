@@ -37,7 +37,7 @@ _PROVISIONAL = (
 
 
 @register(
-    Kind.ENV, "ocean", version=13, tags=("water", "fluid"),
+    Kind.ENV, "ocean", version=14, tags=("water", "fluid"),
     added=("water", "fluid", "hills", "profile", "physics", "current"), provisional=_PROVISIONAL,
 )  # fmt: skip
 def ocean(

@@ -10,6 +10,7 @@ from zoobench.arrays import Array
 from zoobench.errors import UsageError
 from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.lattice import fill_box
+from zoobench.sim.model.laws.elastic import lame_parameters
 from zoobench.sim.model.rest_cells import WEAKEST, RestCells
 
 
@@ -51,6 +52,40 @@ def test_a_linear_field_has_its_gradient_and_its_values() -> None:
     there = np.einsum("cil,cir->clr", cells.weights, moved)
     expected = body.positions @ turn.T + shift
     assert np.abs(there[has] - expected[cells.particles[has]]).max() <= 1e-12
+
+
+@pytest.mark.parametrize("thick", [1, 2, 3, 4])
+def test_a_rod_bends_as_beams_do(thick: int) -> None:
+    """Of half a cell to two cells, by a moment: curvature E I / M = 1 within 4 %. With strain at the cubes' sites it
+    is 0.80, 0.90, 0.96 and 0.97. Of two lengths the difference, as loads are none of a beam's near the ends."""
+    short, long = (_bending_compliance(_body(_block(cubes, thick, 4))) for cubes in (8, 12))
+    moment_of_area = thick**3 * 4 * scenes.EDGE**4 / 12.0
+    assert (long - short) * moment_of_area / (4 * scenes.EDGE) == pytest.approx(1.0, abs=0.04)
+
+
+def _bending_compliance(body: ElasticBody) -> float:
+    """Angle between the ends per moment, of a free rod along x with E = 1 that is bent in the plane of x and y
+    [1/Pa/m^3]."""
+    cells = RestCells.of(body, scenes.fidelity())
+    mu, lam = lame_parameters(1.0, body.material.poissons_ratio)
+    count = 3 * len(cells.places)
+    stiffness = np.zeros((count, count))
+    for nodes, shape, particles in zip(cells.nodes, cells.shape, cells.particles, strict=True):
+        own = (3 * nodes[:, None] + np.arange(3)).ravel()
+        for lane in np.flatnonzero(particles >= 0):
+            g = cells.slopes[shape, :, :, lane]
+            gradient = np.einsum("il,rk->rlik", g, np.eye(3)).reshape(9, 24)  # row r, column l of the gradient
+            strain = (gradient + gradient.reshape(3, 3, 24).transpose(1, 0, 2).reshape(9, 24)) / 2
+            trace = gradient[[0, 4, 8]].sum(axis=0)
+            volume = body.volumes[particles[lane]]
+            stiffness[np.ix_(own, own)] += volume * (2.0 * mu * strain.T @ strain + lam * np.outer(trace, trace))
+    along = cells.places[:, 0]
+    force = np.zeros((len(along), 3))
+    for end, sign in ((along.min(), 1.0), (along.max(), -1.0)):
+        at = np.flatnonzero(np.abs(along - end) < 1e-9)
+        arm = cells.places[at, 1] - cells.places[at, 1].mean()
+        force[at, 0] = sign * arm / (arm @ arm)
+    return float(force.ravel() @ np.linalg.pinv(stiffness, rcond=1e-10) @ force.ravel())
 
 
 def test_limbs_across_a_gap_have_nodes_of_their_own() -> None:

@@ -9,6 +9,9 @@ Fewer than four particles do not hold the nodes of their cell, which would swing
 join the cell beside them (aggregated unfitted finite elements; Badia, Verdugo and Martin 2018): they are stretched as
 its near face is, and move with it. Where no cell beside them has enough, as in spikes, weak points without mass at the
 empty sites hold its nodes (the fictitious material of the finite cell method; Parvizian, Duester and Rank 2007).
+
+A particle has its mass at the site of its cube, so that no node is without, and its strain where its cell resists
+bending as the matter in it does (`_bending_places`).
 """
 
 from dataclasses import dataclass
@@ -23,6 +26,7 @@ from zoobench.arrays import Array
 from zoobench.errors import UsageError
 from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.laws.elastic import lame_parameters
 
 LANES = 8
 """Nodes of a cell, and particles that are computed together."""
@@ -52,8 +56,8 @@ class RestCells:
             particle p; those of one cell of the grid that are more than eight are cells of their own with the same
             nodes.
         shape: `[cells]` which of the shapes a cell has.
-        slopes: `[shapes, 8, 3, 8]` gradient of each node's weight at each particle's site, or on the near face [1/m].
-        masses: `[shapes, 8, 8]` share of each particle's mass that each node has: the weights there.
+        slopes: `[shapes, 8, 3, 8]` gradient of each node's weight where each particle's strain is taken [1/m].
+        masses: `[shapes, 8, 8]` share of each particle's mass that each node has: the weights at its site.
         weights: `[cells, 8, 8]` weight of each node at each particle's place, which may be beyond the cell.
     """
 
@@ -87,20 +91,24 @@ class RestCells:
         ids, keys, cells = _joined(ids, keys, cells)
         order, particles, few = _grouped(ids)
         known = np.where(particles < 0, order[:, None], particles)  # lanes without a particle repeat the first
+        at = (body.positions - low) / h - cells
         in_cell = ((index - cells * count + 0.5)[known] / count).clip(0.0, 1.0)
+        strained = _bending_places(at.clip(0.0, 1.0), ids, 1.0 / count, body)[known]
         for cell in np.flatnonzero(few):
             own = int((particles[cell] >= 0).sum())
             in_cell[cell, own:] = _empty_sites(in_cell[cell, :own])
+            strained[cell] = in_cell[cell]
             particles[cell, own:] = WEAKEST - order[cell]
-        _, one, shape = np.unique(in_cell.reshape(len(in_cell), -1), axis=0, return_index=True, return_inverse=True)
+        both = np.concatenate([in_cell, strained], axis=1).reshape(len(in_cell), -1)
+        _, one, shape = np.unique(both, axis=0, return_index=True, return_inverse=True)
         return cls(
             places=low + keys * h,
             nodes=ids[order].astype(np.int32),
             particles=particles.astype(np.int32),
             shape=shape.ravel().astype(np.int32),
-            slopes=gradients(in_cell[one], h),
+            slopes=gradients(strained[one], h),
             masses=trilinear(in_cell[one]),
-            weights=trilinear(((body.positions - low) / h - cells)[known]),
+            weights=trilinear(at[known]),
         )
 
     def deformation_map(self) -> csr_array:
@@ -172,6 +180,36 @@ def _grouped(ids: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int6
     particles = np.array([row + [-1] * (LANES - len(row)) for row in rows])
     order = particles[:, 0]
     return order, particles, size[group.ravel()][order] < _HOLDING
+
+
+def _bending_places(at: Array, ids: NDArray[np.int64], edge: float, body: ElasticBody) -> Array:
+    """Where the strain of each particle is taken, in its cell `[particles, 3]` [cells].
+
+    A cell bends as u_a = a b, along a across b from its matter's middle. Its strain is b along a, and a shear of a,
+    which matter that bends has not. Let <a^2> be the mean square over the particles, and e the edge of a cube. In place
+    of Young's modulus times <b^2> + e^2 / 12, that of the whole cubes, the cell resists by the modulus of uniaxial
+    strain times <b^2>, and by that of shear times <a^2>. Particles that are drawn to the middle by s resist by s^2 of
+    it: s is such that no cell is stiffer in bending than its matter.
+
+    Args:
+        at: places of the particles in their cells `[particles, 3]` [cells].
+        ids: the nodes of every particle `[particles, 8]`.
+        edge: of a cube [cells].
+    """
+    mu, lam = lame_parameters(1.0, body.material.poissons_ratio)
+    _, group = np.unique(ids, axis=0, return_inverse=True)
+    group, volume = group.ravel(), body.volumes[:, None]
+    total = np.zeros((group.max() + 1, 7))
+    np.add.at(total, group, volume * np.column_stack([np.ones(len(at)), at, at**2]))
+    middle = total[:, 1:4] / total[:, :1]
+    square = total[:, 4:] / total[:, :1] - middle**2
+    across, along = square[:, :, None], square[:, None, :]
+    ratio = (across + edge**2 / 12) / ((lam + 2.0 * mu) * across + mu * along + 1e-12)
+    ratio[:, range(3), range(3)] = 1.0  # of no pair
+    drawn = np.sqrt(ratio.min(axis=(1, 2)).clip(max=1.0))
+    # rounded, so that what is symmetric stays so, and cells that are alike share a shape
+    found: Array = (middle[group] + drawn[group, None] * (at - middle[group])).round(9)
+    return found
 
 
 def _empty_sites(taken: Array) -> Array:
