@@ -167,7 +167,7 @@ class Animal:
         """The solid, standing on y = 0."""
         length, height, width = (self.scale * edge for edge in self.box)
         solid = Shape.standing(lambda points: self.distance(points) <= 0.0, length, height, width)
-        return replace(solid, points=_POINTS)
+        return replace(solid, points=_POINTS, level=None if self.middle is None else self.scale * self.middle)
 
     def body(self, fidelity: Fidelity) -> Body:
         """The body at this resolution; its properties are smooth functions of place."""

@@ -141,7 +141,8 @@ _D = TypeVar("_D", bound=Design)
 
 
 def sampled_once(method: Callable[[_D, Fidelity], Body]) -> Callable[[_D, Fidelity], Body]:
-    """Decorate `body` of an immutable design that reads only the lattice of a fidelity: its last bodies are kept.
+    """Decorate `body` of an immutable design that reads only the lattice and the frame of a fidelity: its last bodies
+    are kept.
 
     To sample a solid takes up to a second. Whoever is given a body must not write into its arrays. Large ones are not
     kept: they are seldom asked for twice, and take the memory of a simulation.
@@ -149,8 +150,8 @@ def sampled_once(method: Callable[[_D, Fidelity], Body]) -> Callable[[_D, Fideli
 
     @functools.wraps(method)
     def body(design: _D, fidelity: Fidelity) -> Body:
-        kept: dict[tuple[float, int], Body] = vars(design).setdefault("_bodies", {})
-        lattice = fidelity.grid_spacing, fidelity.particles_per_cell
+        kept: dict[tuple[float, int, str], Body] = vars(design).setdefault("_bodies", {})
+        lattice = fidelity.grid_spacing, fidelity.particles_per_cell, fidelity.robot
         if (found := kept.get(lattice)) is None:
             found = kept[lattice] = method(design, fidelity)
             while sum(each.particle_count for each in kept.values()) > _MOST_KEPT:
