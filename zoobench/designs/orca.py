@@ -47,8 +47,7 @@ _BACK_FIN = BodyPart(
     ),
     stiffness=0.05,
 )
-# level with the middle: where they droop, the orca dives. Not far before its centre of mass, either: at 0.024 they turn
-# it up or down at 1.6 m/s, and on each grid by another angle
+# level with the middle: where they droop, the orca dives; and near it, as farther ahead they turn it up or down
 _FLIPPERS = mirrored(
     fin(
         Plane((0.008, MIDDLE, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
@@ -64,7 +63,7 @@ def orca(*, length: float = SWIMMER_LENGTH, paired: bool = False) -> Animal:
 
     The fibres of back and belly run along the whole body but the snout, in four segments each. Trunk and flippers are
     broad in front, and the stem narrow, so that the head swings less than the flukes. But for the fin on the back it is
-    the same above and below the middle, so that it does not dive. The trunk is 0.75 times as stiff as muscle. The
+    the same above and below the middle, so that it does not dive. The trunk is 0.9 times as stiff as muscle. The
     flukes, the flippers and the fin on the back have no muscle; they are 2, 0.5 and 0.05 times as stiff as muscle, the
     softer the less they brace the trunk.
 
@@ -74,5 +73,5 @@ def orca(*, length: float = SWIMMER_LENGTH, paired: bool = False) -> Animal:
       those it rolls over, too, and gaits that use them go elsewhere on each grid [-].
     """
     upright = opposed(("belly", "back"), 1, MIDDLE - 0.0005, MIDDLE + 0.0005)
-    trunk = myomeres(_TRUNK, upright, front=crossed(upright, SIDES) if paired else None, stiffness=0.75)
+    trunk = myomeres(_TRUNK, upright, front=crossed(upright, SIDES) if paired else None, stiffness=0.9)
     return swimmer(length, 0.0398, 0.0484, trunk, *stiff(_FLUKES), _BACK_FIN, *soft(_FLIPPERS))
