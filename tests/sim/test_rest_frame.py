@@ -81,6 +81,20 @@ def test_muscle_reaches_its_equilibrium_stretch() -> None:
         assert stretch == pytest.approx([expected[0], expected[1], expected[1]], rel=5e-3)
 
 
+def test_a_body_that_is_stretched_far_is_not_torn() -> None:
+    """Flung apart along x, neighbours are more than twice as far away as at rest, and come back."""
+    cube = scenes.muscle_body(cells=2)
+    body = ElasticBody.passive(replace(scenes.SOFT, viscosity=5.0), cube.positions, cube.volumes)
+    away = body.positions - body.positions.mean(axis=0)
+    body = scenes.with_idle_muscle(replace(body, velocities=away * (260.0, 0.0, 0.0)))
+    rollout = Solver(scenes.weightless(body), LAGRANGIAN).run(np.zeros((10, 1, 1)))
+    length = np.ptp(rollout.positions[:, 0, :, 0], axis=1) / np.ptp(body.positions[:, 0])
+    assert not rollout.divergences
+    assert not rollout.tears
+    assert length.max() > 2.1
+    assert length.min() < 1.0
+
+
 @pytest.mark.slow
 def test_a_block_slides_as_friction_lets_it() -> None:
     """On a slope it accelerates by g (sin - mu cos) where that is positive, and does not move where it sticks."""
