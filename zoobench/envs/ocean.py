@@ -32,7 +32,7 @@ _PROVISIONAL = (
     "of two gaits that turn at standard in water on a grid neither is known to be the better at paper: scores differ "
     "by 98 % (root mean square) from those there, and speeds by 39 %; swimmers go ahead by 0.05 to 0.14 lengths a "
     "period, real ones by 0.5. By forces on the surface they go by 0.4 to 0.9, and speeds of five swimmers differ "
-    "from those at paper by 13 % at draft and 11 % at standard"
+    "from those at paper by 13 % at draft and 8 % at standard"
 )
 
 
