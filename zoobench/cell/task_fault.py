@@ -28,16 +28,23 @@ def task_fault(spec: RunSpec) -> str:
     return _fault(spec.env, spec.task, spec.design, spec.fidelity, spec.frames)
 
 
+def object_fault(env: Ref, task: Ref) -> str:
+    """Why a task that needs an object is not possible in an environment; empty if it is, or needs none."""
+    # a task of a plug-in may lack new parts of the protocol
+    if not getattr(registry.create(Kind.TASK, task), "needs_object", False) or registry.create(Kind.ENV, env).objects:
+        return ""
+    return (
+        f"The task {task.name!r} needs an object, and {env.name!r} has none here. Give one, for example "
+        "--env 'ground[object=box]'."
+    )
+
+
 @lru_cache
 def _fault(env_ref: Ref, task_ref: Ref, design: Ref, fidelity: Ref, frames: int) -> str:
+    if fault := object_fault(env_ref, task_ref):
+        return fault
     env: Environment = registry.create(Kind.ENV, env_ref)
     task = registry.create(Kind.TASK, task_ref)
-    # a task of a plug-in may lack new parts of the protocol
-    if getattr(task, "needs_object", False) and not env.objects:
-        return (
-            f"The task {task_ref.name!r} needs an object, and {env_ref.name!r} has none here. Give one, for example "
-            "--env 'ground[object=box]'."
-        )
     grid: Fidelity = registry.create(Kind.FIDELITY, fidelity)
     if getattr(task, "needs_sides", False):
         try:

@@ -25,3 +25,24 @@ def test_gradcheck_prints_the_summary_alone(zoobench: Command) -> None:
     reply = zoobench(*cell, "--table", "summary")
     assert reply.out.splitlines()[0].startswith("env,task,error,right_until,chaos_from")
     assert len(reply.out.splitlines()) == 2
+
+
+def test_tasks_without_the_object_that_they_need_are_skipped(zoobench: Command) -> None:
+    """With their names; alone they are refused."""
+    found = zoobench(
+        "verify",
+        "gradcheck",
+        "--env",
+        "ground",
+        "--task",
+        "carry,movement-speed",
+        "--horizons",
+        "1",
+        "--table",
+        "summary",
+    )
+    assert found.code == 0, found.err
+    assert "Skipped without an object: ground x carry." in found.err
+    refused = zoobench("verify", "gradcheck", "--env", "ground", "--task", "carry")
+    assert refused.code == 2
+    assert "needs an object" in refused.err

@@ -1,7 +1,8 @@
 """`zoobench verify gradcheck`: gradients against central differences."""
 
+from collections.abc import Sequence
 from itertools import product
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from typer import Exit, Option
 
@@ -17,6 +18,9 @@ from zoobench.cli.output import Format, choose, emit_several, say
 from zoobench.cli.steps import Steps
 from zoobench.errors import UsageError
 from zoobench.report.listing import listing_of
+
+if TYPE_CHECKING:
+    from zoobench.spec import Ref
 
 TABLES = ("rows", "summary")
 
@@ -56,7 +60,7 @@ def gradcheck(
     rows: list[GradRow] = []
     summaries: list[Summary] = []
     robot = parse_one(design, Kind.DESIGN), parse_one(controller, Kind.CONTROLLER), parse_one(fidelity, Kind.FIDELITY)
-    cells = list(product(parse_selector(env, Kind.ENV), parse_selector(task, Kind.TASK)))
+    cells = _possible(parse_selector(env, Kind.ENV), parse_selector(task, Kind.TASK))
     with Steps(len(cells)) as steps:
         for one_env, one_task in cells:
             name = f"{one_env} x {one_task}"
@@ -73,6 +77,25 @@ def gradcheck(
     emit_several({name: listings[name] for name in wanted}, form)
     if not all(row.is_right for row in rows):
         raise Exit(1)
+
+
+def _possible(envs: Sequence["Ref"], tasks: Sequence["Ref"]) -> list[tuple["Ref", "Ref"]]:
+    """The pairs in which there is an object where the task needs one; the others are said.
+
+    Raises:
+        UsageError: there is none.
+    """
+    from zoobench.cell.task_fault import object_fault
+
+    cells = list(product(envs, tasks))
+    faults = [object_fault(*cell) for cell in cells]
+    if all(faults):
+        raise UsageError(faults[0])
+    if skipped := [
+        f"{one_env} x {one_task}" for (one_env, one_task), fault in zip(cells, faults, strict=True) if fault
+    ]:
+        say(f"Skipped without an object: {', '.join(skipped)}.")
+    return [cell for cell, fault in zip(cells, faults, strict=True) if not fault]
 
 
 def _parse_horizons(text: str) -> list[int]:
