@@ -54,12 +54,18 @@ def test_a_fish_has_a_symmetric_hull(name: str) -> None:
 
 
 def test_a_fish_in_its_rest_frame_has_the_same_mass_above_and_below() -> None:
-    """Volume by volume; by sampling alone a shark that turned rose at draft, and not on finer grids."""
-    body = registry.create(Kind.DESIGN, Ref("shark")).body(Fidelity(1 / 64, robot="lagrangian"))
-    mirrored = body.positions * (1.0, -1.0, 1.0) + (0.0, 3.0 * MIDDLE, 0.0)
-    away, partner = cKDTree(body.positions).query(mirrored)
-    assert away.max() < 1e-9
-    np.testing.assert_allclose(body.volumes[partner], body.volumes, rtol=1e-9)
+    """Volume by volume; by sampling alone a shark that turned rose at draft, and not on finer grids. What was asked for
+    another frame before is another body."""
+    design = registry.create(Kind.DESIGN, Ref("shark"))
+    grid = Fidelity(1 / 64, particles_per_cell=27)
+    found = {}
+    for robot in ("mpm", "lagrangian"):
+        body = design.body(replace(grid, robot=robot))
+        mirrored = body.positions * (1.0, -1.0, 1.0) + (0.0, 3.0 * MIDDLE, 0.0)
+        away, partner = cKDTree(body.positions).query(mirrored)
+        found[robot] = max(away.max() / 0.15, np.abs(body.volumes[partner] / body.volumes - 1.0).max())
+    assert found["lagrangian"] < 1e-9
+    assert found["mpm"] > 1e-3
 
 
 def test_an_orca_without_its_back_fin_is_alike_above_and_below() -> None:

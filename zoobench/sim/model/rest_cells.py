@@ -6,8 +6,8 @@ gap are not welded together. Cells that a body fills in part have the points tha
 and Hutchinson 2020; with eight points a cell it is a finite element method on cut cells).
 
 Fewer than four particles do not hold the nodes of their cell, which would swing about them without resistance. They
-join the cell beside them (aggregated unfitted finite elements; Badia, Verdugo and Martin 2018): they are stretched as
-its near face is, and move with it. Where no cell beside them has enough, as in spikes, weak points without mass at the
+join the cell beside them (aggregated unfitted finite elements; Badia, Verdugo and Martin 2018): they move with
+it, and are stretched as it is between its middle and the near face. Where no cell beside them has enough, as in spikes, weak points without mass at the
 empty sites hold its nodes (the fictitious material of the finite cell method; Parvizian, Duester and Rank 2007).
 
 A particle has its mass at the site of its cube, so that no node is without, and its strain where its cell resists
@@ -93,7 +93,7 @@ class RestCells:
         known = np.where(particles < 0, order[:, None], particles)  # lanes without a particle repeat the first
         at = (body.positions - low) / h - cells
         in_cell = ((index - cells * count + 0.5)[known] / count).clip(0.0, 1.0)
-        strained = _bending_places(at.clip(0.0, 1.0), ids, 1.0 / count, body)[known]
+        strained = _bending_places(at.clip(0.0, 1.0), ids, 1.0 / count, body.volumes)[known]
         for cell in np.flatnonzero(few):
             own = int((particles[cell] >= 0).sum())
             in_cell[cell, own:] = _empty_sites(in_cell[cell, :own])
@@ -182,23 +182,27 @@ def _grouped(ids: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int6
     return order, particles, size[group.ravel()][order] < _HOLDING
 
 
-def _bending_places(at: Array, ids: NDArray[np.int64], edge: float, body: ElasticBody) -> Array:
+def _bending_places(at: Array, ids: NDArray[np.int64], edge: float, volumes: Array) -> Array:
     """Where the strain of each particle is taken, in its cell `[particles, 3]` [cells].
 
     A cell bends as u_a = a b, along a across b from its matter's middle. Its strain is b along a, and a shear of a,
     which matter that bends has not. Let <a^2> be the mean square over the particles, and e the edge of a cube. In place
     of Young's modulus times <b^2> + e^2 / 12, that of the whole cubes, the cell resists by the modulus of uniaxial
     strain times <b^2>, and by that of shear times <a^2>. Particles that are drawn to the middle by s resist by s^2 of
-    it: s is such that no cell is stiffer in bending than its matter.
+    it: s is such that no cell is stiffer in bending than its matter. Twist is resisted by s^2, too.
+
+    The moduli are those of Poisson's ratio 0.2, whatever the body's is: the nearer it is to 0.5, the more a cell gives
+    way to the side, and by the modulus of uniaxial strain, which has no bound, it would hardly resist at all.
 
     Args:
         at: places of the particles in their cells `[particles, 3]` [cells].
         ids: the nodes of every particle `[particles, 8]`.
         edge: of a cube [cells].
+        volumes: of the particles `[particles]`, in any unit.
     """
-    mu, lam = lame_parameters(1.0, body.material.poissons_ratio)
+    mu, lam = lame_parameters(1.0, 0.2)
     _, group = np.unique(ids, axis=0, return_inverse=True)
-    group, volume = group.ravel(), body.volumes[:, None]
+    group, volume = group.ravel(), volumes[:, None]
     total = np.zeros((group.max() + 1, 7))
     np.add.at(total, group, volume * np.column_stack([np.ones(len(at)), at, at**2]))
     middle = total[:, 1:4] / total[:, :1]
@@ -207,7 +211,7 @@ def _bending_places(at: Array, ids: NDArray[np.int64], edge: float, body: Elasti
     ratio = (across + edge**2 / 12) / ((lam + 2.0 * mu) * across + mu * along + 1e-12)
     ratio[:, range(3), range(3)] = 1.0  # of no pair
     drawn = np.sqrt(ratio.min(axis=(1, 2)).clip(max=1.0))
-    # rounded, so that what is symmetric stays so, and cells that are alike share a shape
+    # rounded, so that what is symmetric stays so
     found: Array = (middle[group] + drawn[group, None] * (at - middle[group])).round(9)
     return found
 
