@@ -6,9 +6,10 @@ gap are not welded together. Cells that a body fills in part have the points tha
 and Hutchinson 2020; with eight points a cell it is a finite element method on cut cells).
 
 Fewer than four particles do not hold the nodes of their cell, which would swing about them without resistance. They
-join the cell beside them (aggregated unfitted finite elements; Badia, Verdugo and Martin 2018): they move with
-it, and are stretched as it is between its middle and the near face. Where no cell beside them has enough, as in spikes, weak points without mass at the
-empty sites hold its nodes (the fictitious material of the finite cell method; Parvizian, Duester and Rank 2007).
+join the cell beside them (aggregated unfitted finite elements; Badia, Verdugo and Martin 2018): they move with it, and
+are stretched as it is between its middle and the near face. Where no cell beside them has enough, as in spikes, weak
+points without mass at the empty sites hold its nodes (the fictitious material of the finite cell method; Parvizian,
+Duester and Rank 2007).
 
 A particle has its mass at the site of its cube, so that no node is without, and its strain where its cell resists
 bending as the matter in it does (`_bending_places`).
