@@ -87,15 +87,12 @@ def _possible(envs: Sequence["Ref"], tasks: Sequence["Ref"]) -> list[tuple["Ref"
     """
     from zoobench.cell.task_fault import object_fault
 
-    cells = list(product(envs, tasks))
-    faults = [object_fault(*cell) for cell in cells]
-    if all(faults):
-        raise UsageError(faults[0])
-    if skipped := [
-        f"{one_env} x {one_task}" for (one_env, one_task), fault in zip(cells, faults, strict=True) if fault
-    ]:
+    faults = {cell: object_fault(*cell) for cell in product(envs, tasks)}
+    if all(faults.values()):
+        raise UsageError(next(iter(faults.values())))
+    if skipped := [f"{one_env} x {one_task}" for (one_env, one_task), fault in faults.items() if fault]:
         say(f"Skipped without an object: {', '.join(skipped)}.")
-    return [cell for cell, fault in zip(cells, faults, strict=True) if not fault]
+    return [cell for cell, fault in faults.items() if not fault]
 
 
 def _parse_horizons(text: str) -> list[int]:
