@@ -68,7 +68,7 @@ class Problem:
         self._env: Environment = registry.create(Kind.ENV, spec.env)
         self.task: Task = registry.create(Kind.TASK, spec.task)
         self.fidelity: Fidelity = self._env.simulated(registry.create(Kind.FIDELITY, spec.fidelity))
-        self.robot = Robot.of(spec.design, spec.controller, self.fidelity, spec.task, self._env.onset)
+        self.robot = Robot.of(spec.design, spec.controller, self.fidelity, spec.task, self._env)
         if fault := task_fault(spec):
             raise UsageError(fault)
         self.overlay = None if start is None else overlay(start, spec, self.robot)

@@ -3,7 +3,7 @@
 import contextlib
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from zoobench import registry
 from zoobench.arrays import Array, Mask
+from zoobench.cell.firm_muscles import firm_body, firm_form, firmness
 from zoobench.cell.muscle_places import placed_on
 from zoobench.cell.observation import Layout, layout_of, seen_by
 from zoobench.controllers.base import Controller, OpenLoop
@@ -19,6 +20,7 @@ from zoobench.designs.base import Body, Design, check_ends
 from zoobench.designs.feasibility import Feasibility
 from zoobench.designs.solid import body_for, buildable, solid_body, subset
 from zoobench.designs.space import DesignSpace, Form, SiteSpace
+from zoobench.envs.base import Environment
 from zoobench.errors import SceneError, UsageError
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
@@ -152,6 +154,7 @@ class Robot:
         least_occupancy: of the matter of relaxed bodies, see `Fidelity`.
         layout: of a closed loop's observations; empty in an open loop.
         onset: see `Environment` [s].
+        firmness: see `firm_muscles.firmness`; 0 where the material is not known.
     """
 
     controller: Controller
@@ -160,10 +163,15 @@ class Robot:
     least_occupancy: float
     layout: Layout = ()
     onset: float = 0.0
+    firmness: float = 0.0
 
     @classmethod
-    def of(cls, design: Ref, controller: Ref, fidelity: Fidelity, task: Ref, onset: float = 0.0) -> "Robot":
+    def of(
+        cls, design: Ref, controller: Ref, fidelity: Fidelity, task: Ref, environment: Environment | None = None
+    ) -> "Robot":
         """The robot of a design and a controller at this fidelity, for a task, which a closed loop observes.
+
+        Without an environment it is not to be simulated: only its parameters and its shape are right.
 
         Raises:
             UnknownNameError, UsageError: an unknown name or an invalid parameter.
@@ -176,7 +184,11 @@ class Robot:
         if not isinstance(moved_by, OpenLoop):
             layout = layout_of(body.muscle_count, seen_by(moved_by, registry.create(Kind.TASK, task)))
         space = made if isinstance(made, DesignSpace) else None
-        robot = cls(moved_by, body, space, fidelity.least_occupancy, layout, onset)
+        robot = cls(moved_by, body, space, fidelity.least_occupancy, layout)
+        if environment is not None:
+            least = firmness(environment.robot)
+            firm = firm_body(body, least) if space is None else body
+            robot = replace(robot, body=firm, onset=environment.onset, firmness=least)
         if isinstance(moved_by, Gait):
             robot._check_gait(moved_by.start.spec)
         return robot
@@ -261,6 +273,7 @@ class Robot:
         form, feasibility = None, None
         if self.space is not None:
             form, feasibility = buildable(self.space, row[:, self.control_count :], self.body)
+            form = firm_form(form, self.body, self.firmness)
         return Draft(row, activity, self.body, form, feasibility, self.least_occupancy)
 
     def strength(self, times: "Tensor") -> "Tensor":

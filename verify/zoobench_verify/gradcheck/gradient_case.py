@@ -52,7 +52,7 @@ class GradientCase:
         grid = environment.simulated(replace(registry.create(Kind.FIDELITY, fidelity), precision=64))
         self.env, self.task = str(env), str(task)
         self._task = registry.create(Kind.TASK, task)
-        self._robot = Robot.of(design, controller, grid, task, environment.onset)
+        self._robot = Robot.of(design, controller, grid, task, environment)
         self._parameters = self._robot.initial(np.random.default_rng(seed))
         self._kept = self._draft({}).existing  # differences are taken of the same particles
         self._body = self._build({}).body
