@@ -255,12 +255,8 @@ def swimmer(length: float, height: float, width: float, *parts: BodyPart) -> Ani
     )  # fmt: skip
 
 
-def myomeres(
-    trunk: Distance, sides: Muscles = SIDES, *, front: Muscles | None = None, stiffness: float = 1.0
-) -> BodyPart:
+def myomeres(trunk: Distance, sides: Muscles = SIDES, *, front: Muscles | None = None) -> BodyPart:
     """A trunk with four segments of muscle on each of two sides, from -0.046 to 0.040 m along x.
-
-    Its muscles are as strong whatever its stiffness relative to muscle is: the softer, the farther they bend it.
 
     Args:
         front: the muscles of the two foremost segments, where they are others.
@@ -268,7 +264,7 @@ def myomeres(
     segments = in_a_row(("segment-1", "segment-2", "segment-3", "segment-4"), -0.046, 0.040)
     rear, fore = _some(segments, slice(2)), _some(segments, slice(2, 4))
     muscles = beside(crossed(rear, sides), crossed(fore, front or sides))
-    return BodyPart(solid=trunk, muscles=muscles, stiffness=stiffness)
+    return BodyPart(solid=trunk, muscles=muscles)
 
 
 def _some(muscles: Muscles, which: slice) -> Muscles:

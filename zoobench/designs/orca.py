@@ -21,10 +21,10 @@ _TRUNK = loft(
     [
         (-0.044, MIDDLE, 0.0052, 0.0060),
         (-0.034, MIDDLE, 0.0052, 0.0058),
-        (-0.016, MIDDLE, 0.0060, 0.0095),
-        (0.004, MIDDLE, 0.0126, 0.0171),
-        (0.020, MIDDLE, 0.0154, 0.0180),
-        (0.036, MIDDLE, 0.0119, 0.0120),
+        (-0.016, MIDDLE, 0.0056, 0.0095),
+        (0.004, MIDDLE, 0.0100, 0.0160),
+        (0.022, MIDDLE, 0.0115, 0.0168),
+        (0.036, MIDDLE, 0.0095, 0.0118),
         (0.046, MIDDLE, 0.0065, 0.0065),
         (0.050, MIDDLE, 0.0, 0.0),
     ]
@@ -32,7 +32,7 @@ _TRUNK = loft(
 _FLUKES = mirrored(
     fin(
         Plane((0.0, MIDDLE, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
-        [(-0.031, -0.01), (-0.031, 0.0), (-0.036, 0.0070), (-0.0445, 0.0145), (-0.050, 0.0145), (-0.0485, 0.0060),
+        [(-0.031, -0.01), (-0.031, 0.0), (-0.036, 0.0070), (-0.0445, 0.0160), (-0.050, 0.0160), (-0.0485, 0.0060),
          (-0.047, 0.0), (-0.047, -0.01)],
         TAIL,
     )
@@ -47,31 +47,31 @@ _BACK_FIN = BodyPart(
     ),
     stiffness=0.05,
 )
-# level with the middle: where they droop, the orca dives; and near it, as farther ahead they turn it up or down
+# level with the middle: where they droop, the orca dives; and behind it, see the fins of the fish
 _FLIPPERS = mirrored(
     fin(
-        Plane((0.008, MIDDLE, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
-        [(0.007, 0.0), (0.006, 0.020), (0.001, 0.024), (-0.006, 0.024), (-0.008, 0.018), (-0.006, 0.0)],
+        Plane((-0.009, MIDDLE, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+        [(0.009, 0.0), (0.004, 0.0175), (0.0, 0.0206), (-0.006, 0.0206), (-0.008, 0.0165), (-0.006, 0.0)],
         TAIL,
     )
 )
 
 
-@register(Kind.DESIGN, "orca", version=9, tags=("primitive", "water"))
+@register(Kind.DESIGN, "orca", version=10, tags=("primitive", "water"))
 def orca(*, length: float = SWIMMER_LENGTH, paired: bool = False) -> Animal:
     """A whale that beats its flat tail up and down in a wave, 0.15 m long, with eight muscles.
 
-    The fibres of back and belly run along the whole body but the snout, in four segments each. Trunk and flippers are
-    broad in front, and the stem narrow, so that the head swings less than the flukes. But for the fin on the back it is
-    the same above and below the middle, so that it does not dive. The trunk is 0.9 times as stiff as muscle. The
-    flukes, the flippers and the fin on the back have no muscle; they are 2, 0.5 and 0.05 times as stiff as muscle, the
-    softer the less they brace the trunk.
+    The fibres of back and belly run along the whole body but the snout, in four segments each. The trunk is broad
+    in front, and the stem narrow, so that the head swings less than the flukes; the flippers are behind the middle, so
+    that it holds its course. But for the fin on the back it is the same above and below the middle, so that it does not
+    dive. The flukes, the flippers and the fin on the back have no muscle;
+    they are 2, 0.5 and 0.05 times as stiff as muscle, the softer the less they brace the trunk.
 
-    * `length`: of the whole body [m]; it is 0.34 times as high and 0.48 times as wide, fins included. Where others have
-      their underside, it has 0.05 lengths of nothing, as all swimmers have their middle at one height.
+    * `length`: of the whole body [m]; it is 0.31 times as high and 0.41 times as wide, fins included. Where others have
+      their underside, it has 0.09 lengths of nothing, as all swimmers have their middle at one height.
     * `paired`: whether the two foremost segments have muscles left and right, twelve in all, by which it can turn. By
       those it rolls over, too, and gaits that use them go elsewhere on each grid [-].
     """
     upright = opposed(("belly", "back"), 1, MIDDLE - 0.0005, MIDDLE + 0.0005)
-    trunk = myomeres(_TRUNK, upright, front=crossed(upright, SIDES) if paired else None, stiffness=0.9)
-    return swimmer(length, 0.0398, 0.0484, trunk, *stiff(_FLUKES), _BACK_FIN, *soft(_FLIPPERS))
+    trunk = myomeres(_TRUNK, upright, front=crossed(upright, SIDES) if paired else None)
+    return swimmer(length, 0.0398, 0.0412, trunk, *stiff(_FLUKES), _BACK_FIN, *soft(_FLIPPERS))

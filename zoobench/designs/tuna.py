@@ -18,16 +18,17 @@ _TRUNK = loft(
 )
 _TAIL_FIN = fin(
     UPRIGHT,
-    [(-0.034, MIDDLE), (-0.0385, MIDDLE + 0.0064), (-0.0445, MIDDLE + 0.0156), (-0.050, MIDDLE + 0.0156),
-     (-0.0475, MIDDLE + 0.0068), (-0.0465, MIDDLE), (-0.0475, MIDDLE - 0.0068), (-0.050, MIDDLE - 0.0156),
-     (-0.0445, MIDDLE - 0.0156), (-0.0385, MIDDLE - 0.0064)],
+    [(-0.034, MIDDLE), (-0.0385, MIDDLE + 0.0064), (-0.0445, MIDDLE + 0.0162), (-0.050, MIDDLE + 0.0162),
+     (-0.0475, MIDDLE + 0.0068), (-0.0465, MIDDLE), (-0.0475, MIDDLE - 0.0068), (-0.050, MIDDLE - 0.0162),
+     (-0.0445, MIDDLE - 0.0162), (-0.0385, MIDDLE - 0.0064)],
     TAIL,
 )  # fmt: skip
-# of back and belly, one as the other, so that it is not by one that the tuna dives or rolls
+# of back and belly, one as the other, so that it is not by one that the tuna dives or rolls; behind the middle, as
+# with fins before it the best gaits leave their course, and on each grid elsewhere
 _FINS = above_and_below(
     fin(
         UPRIGHT,
-        [(0.014, MIDDLE + 0.010), (0.004, MIDDLE + 0.0208), (-0.002, MIDDLE + 0.0208), (0.000, MIDDLE + 0.006)],
+        [(0.003, MIDDLE + 0.008), (-0.005, MIDDLE + 0.0208), (-0.017, MIDDLE + 0.0208), (-0.019, MIDDLE + 0.004)],
         TAIL,
     ),
     MIDDLE,
@@ -35,7 +36,7 @@ _FINS = above_and_below(
 _SIDE_FINS = mirrored(ellipsoid((0.012, MIDDLE, 0.0085), (0.009, 0.0045, 0.0045)))
 
 
-@register(Kind.DESIGN, "tuna", version=7, tags=("primitive", "water"))
+@register(Kind.DESIGN, "tuna", version=8, tags=("primitive", "water"))
 def tuna(*, length: float = SWIMMER_LENGTH) -> Animal:
     """A spindle with a sickle-shaped tail fin on a narrow stem, 0.15 m long, with eight muscles.
 
