@@ -214,7 +214,7 @@ def carangiform_fish(record: CaseRecorder) -> None:
         record.within(f"Reynolds number by 0.4 Sw at {level}", reynolds / (0.4 * swimming), 0.5, 2.0)
         straight = drag_coefficient(-float(led.towed(np.array([0.4, 0.0, 0.0])).on_body()[0]), 0.4, _wetted(led))
         record.within(f"drag coefficient of the straight fish by its surface at {level}", straight, 0.004, 0.025,
-                      shortfall=Shortfall(_RESISTED, 0.035))  # fmt: skip
+                      shortfall=Shortfall(_RESISTED, 0.045))  # fmt: skip
         figure.computed(level, speeds, 1e3 * forces)
     record.at_most("strides, the largest of three levels by the least", max(strides) / min(strides), 1.1)
     figure.reference("steady", speeds, np.zeros(len(speeds)))

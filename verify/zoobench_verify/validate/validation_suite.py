@@ -22,7 +22,6 @@ from zoobench_verify.validate import (
     surface_energy,
     surface_forces,
     surface_motions,
-    surface_swimmers,
     swimmers,
     swimming,
     waves,
@@ -31,7 +30,7 @@ from zoobench_verify.validate import (
 _ALL = cases_of(
     conservation, waves, manufactured, statics, modes, muscle_pulls, hertz, elements, friction, object_contacts,
     object_motions, footings, interface, granular, mud, fluids, swimming, swimmers,
-    surface_forces, surface_motions, surface_swimmers, imposed_waves, surface_energy, gradients,
+    surface_forces, surface_motions, imposed_waves, surface_energy, gradients,
 )  # fmt: skip
 
 CASES = tuple(sorted(_ALL, key=lambda case: -case.precision if case.precision else -48))
