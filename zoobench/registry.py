@@ -76,6 +76,7 @@ class Component:
         groups: the dataclasses with the defaults of parameters that components share, by the factory's parameter.
         added: parameters that earlier versions of the package did not have; see `register`.
         provisional: why its scores are provisional, in a sentence; empty if they are not.
+        unless: parameters with which they are not; None for none.
         extra: of zoobench without which it cannot run; empty for none.
     """
 
@@ -90,6 +91,7 @@ class Component:
     groups: Mapping[str, Any]
     added: frozenset[str]
     provisional: str = ""
+    unless: Mapping[str, Scalar] | None = None
     extra: str = ""
 
     @property
@@ -179,6 +181,7 @@ def register(
     tags: tuple[str, ...] = (),
     added: tuple[str, ...] = (),
     provisional: str = "",
+    unless: Mapping[str, Scalar] | None = None,
     extra: str = "",
 ) -> Callable[[_F], _F]:
     """Decorate a class or function as a component, selectable as `name` or `name[parameter=value]`.
@@ -187,8 +190,8 @@ def register(
     `added` the parameters, or groups of them, that it did not have when this version was first published, with defaults
     that leave its numbers as they were: while they have their default, references and keys of runs are those without
     them. Parameters that name a stored run are always treated so. `provisional` says in a sentence why scores are not
-    yet what they are called; every report of them repeats it. `extra` is the one of zoobench without whose libraries
-    its runs are skipped.
+    yet what they are called, but for those with the parameters `unless`; every report of them repeats it. `extra` is
+    the one of zoobench without whose libraries its runs are skipped.
 
     Raises:
         UsageError: the name is taken or malformed, a parameter has no type or a default that is not a bool, int,
@@ -207,7 +210,9 @@ def register(
                 f"{other.__qualname__}. Choose another name or increase the version."
             )
         component = _describe(kind, name, version, factory, frozenset(tags), frozenset(added))
-        _components[kind].setdefault(name, {})[version] = replace(component, provisional=provisional, extra=extra)
+        _components[kind].setdefault(name, {})[version] = replace(
+            component, provisional=provisional, unless=unless, extra=extra
+        )
         return factory
 
     return decorate
@@ -282,7 +287,12 @@ def caveat(kind: Kind, ref: Ref) -> str:
     _discover(kind)
     versions = _components[kind].get(ref.name, {})
     later = [version for version in versions if version >= ref.version]
-    return versions[min(later)].provisional if later else ""
+    if not later:
+        return ""
+    component = versions[min(later)]
+    if component.unless and component.unless.items() <= ref.kwargs.items():
+        return ""
+    return component.provisional
 
 
 def create(kind: Kind, ref: Ref) -> Any:

@@ -113,4 +113,6 @@ def test_the_reason_why_scores_are_provisional_says_of_which_water() -> None:
     """How far swimmers go is not the same in water on a grid and by forces on the surface."""
     reason = registry.get(Kind.ENV, "ocean").provisional
     assert "in water on a grid" in reason
-    assert "forces on the surface" in reason
+    for water, caveat in (("grid", reason), ("particles", reason), ("surface", "")):
+        ref = registry.resolve(Kind.ENV, Ref.parse(f"ocean[water={water}]"))
+        assert registry.caveat(Kind.ENV, ref) == caveat

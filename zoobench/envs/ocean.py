@@ -31,14 +31,14 @@ draft and standard one diverges in it, the orca at standard; at 40 the fish does
 _PROVISIONAL = (
     "of two gaits that turn at standard in water on a grid neither is known to be the better at paper: scores differ "
     "by 98 % (root mean square) from those there, and speeds by 39 %; swimmers go ahead by 0.05 to 0.14 lengths a "
-    "period, real ones by 0.5. By forces on the surface they go by 0.4 to 0.9, and speeds of five swimmers differ "
-    "from those at paper by 13 % at draft and 8 % at standard"
+    "period, real ones by 0.5. Scores in ocean[water=surface] are not provisional"
 )
 
 
 @register(
     Kind.ENV, "ocean", version=14, tags=("water", "fluid"),
-    added=("water", "fluid", "hills", "profile", "physics", "current"), provisional=_PROVISIONAL,
+    added=("water", "fluid", "hills", "profile", "physics", "current"),
+    provisional=_PROVISIONAL, unless={"water": "surface"},
 )  # fmt: skip
 def ocean(
     *,
