@@ -9,7 +9,7 @@ from scipy.spatial import ConvexHull, KDTree
 
 from zoobench import registry
 from zoobench.arrays import Array
-from zoobench.designs.anatomy import REFERENCE_LENGTH, Animal
+from zoobench.designs.anatomy import MIDDLE, REFERENCE_LENGTH, SWIMMER_LENGTH, Animal
 from zoobench.designs.base import Body
 from zoobench.errors import UsageError
 from zoobench.registry import Kind
@@ -170,3 +170,17 @@ def test_a_length_without_a_body_is_refused(length: float) -> None:
     """Lengths that are not positive and finite."""
     with pytest.raises(UsageError, match=r"positive length|must be a finite number"):
         animal("fish", length=length)
+
+
+@pytest.mark.parametrize("name", ["fish", "tuna", "shark", "clownfish", "orca"])
+def test_swimmers_in_their_rest_frame_have_the_same_mass_above_and_below(name: str) -> None:
+    """But for points on the very edge of a fin, and the orca's on its back, so that they do not dive by sampling."""
+    body = animal(name).body(Fidelity(1 / 64, robot="lagrangian"))
+    level = MIDDLE * SWIMMER_LENGTH / REFERENCE_LENGTH
+    offset = np.rint((body.sites - (0.0, level, 0.0)) / (body.edge / 2.0)).astype(int)
+    volume = {tuple(site): each for site, each in zip(offset.tolist(), body.volumes, strict=True)}
+    back_fin = 0.006 if name == "orca" else 0.0
+    for (x, y, z), each in volume.items():
+        if abs(z) * body.edge / 2.0 < back_fin:
+            continue
+        assert volume[x, -y, z] == pytest.approx(each, abs=0.1 * body.edge**3)
