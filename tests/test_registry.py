@@ -248,3 +248,11 @@ def test_a_broken_plugin_is_listed_and_harms_no_other(monkeypatch: pytest.Monkey
 def test_short_name_has_what_differs_from_the_defaults(given: str, expected: str) -> None:
     """Tables of two variants of a fidelity must not have one title; of what is not known the name is left."""
     assert short(Kind.TASK, Ref.parse(given)) == expected
+
+
+@pytest.mark.parametrize(("text", "caveat"), [("moor", ""), ("moor[depth=1.0]", "Not known."), ("moor-v1", "")])
+def test_scores_are_provisional_but_for_some_parameters(text: str, caveat: str) -> None:
+    """Given or by default, also where a resolved reference leaves them out."""
+    _moor(added=("depth",), provisional="Not known.", unless={"depth": 0.5})
+    assert registry.caveat(Kind.ENV, Ref.parse(text)) == caveat
+    assert registry.caveat(Kind.ENV, registry.resolve(Kind.ENV, Ref.parse(text))) == caveat

@@ -290,7 +290,7 @@ def caveat(kind: Kind, ref: Ref) -> str:
     if not later:
         return ""
     component = versions[min(later)]
-    if component.unless and component.unless.items() <= ref.kwargs.items():
+    if component.unless and component.unless.items() <= {**component.defaults, **ref.kwargs}.items():
         return ""
     return component.provisional
 

@@ -94,6 +94,30 @@ def test_the_adjoint_of_the_muscles_power_goes_through_the_loop(env: str) -> Non
     assert -gradient @ direction == pytest.approx((ahead - behind) / 2e-6, rel=1e-5)
 
 
+@pytest.mark.parametrize("part", ["stiffness", "muscles"])
+def test_the_gradient_of_what_is_done_goes_through_where_muscles_are(part: str) -> None:
+    """A muscle's place is the mean over what it has of the body, which stiffness and shares of muscles change."""
+    problem = Problem(cell(environment=SEA, design=f"voxel[optimise={part}]", controller="sine-feedback"))
+    robot, rng = problem.robot, np.random.default_rng(3)
+    params = rng.normal(-1.0, 0.5, robot.parameter_count)
+    direction = torch.as_tensor(rng.normal(size=len(params)))
+    direction[: robot.control_count] = 0.0
+    places = torch.as_tensor(problem.body.positions)
+    moving = torch.as_tensor(rng.normal(size=places.shape))
+
+    def activity(row: torch.Tensor) -> torch.Tensor:
+        built = robot.draft(row[None], torch.zeros(1, dtype=torch.float64)).relaxed()
+        loops = FeedbackLoops.of(robot, [built], problem.task, 10)
+        assert loops is not None
+        return loops._respond(1, 0, places, moving, places).sum()
+
+    row = torch.tensor(params, requires_grad=True)
+    (gradient,) = torch.autograd.grad(activity(row), row)
+    ahead, behind = (float(activity((row + sign * 1e-5 * direction).detach())) for sign in (1.0, -1.0))
+    assert float(gradient @ direction) == pytest.approx((ahead - behind) / 2e-5, rel=1e-6)
+    assert ahead != behind
+
+
 @pytest.mark.slow  # through what is seen of the target it goes above
 def test_the_adjoint_goes_through_what_is_seen_of_an_object() -> None:
     """In double precision it is that of differences, where a robot pushes a box that it sees."""

@@ -102,7 +102,9 @@ class FeedbackLoops:
 
         built = self._built[world]
         occupancy = built.matter["occupancy"][0] if built.matter else torch.as_tensor(built.body.occupancy)
-        observation = self._observation_models[world].observe(frame, positions, velocities, start, occupancy)
+        membership = built.matter["muscle_membership"][0] if built.matter else None
+        model = self._observation_models[world]
+        observation = model.observe(frame, positions, velocities, start, occupancy, membership)
         control = built.row[0, : self._robot.control_count]
         time = frame * FRAME_SECONDS
         activity = self._controller.response(control, time, observation, self._robot.body.muscle_count)

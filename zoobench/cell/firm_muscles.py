@@ -23,8 +23,11 @@ _TINY = 1e-12
 
 
 def firmness(material: ElasticMaterial) -> float:
-    """Least stiffness relative to this material of matter that has its muscles in full strength [-]."""
-    return material.muscle_strength / (MOST_ACTIVE * material.mu)
+    """Least stiffness relative to this material of matter that has its muscles in full strength [-].
+
+    It is 1 at most: what the environment's material itself is asked to bear it bears.
+    """
+    return min(1.0, material.muscle_strength / (MOST_ACTIVE * material.mu))
 
 
 def firm_form(form: Form, workspace: Body, firmness: float) -> Form:

@@ -89,7 +89,13 @@ class ObservationModel:
         return sum(count for _, count in self.layout)
 
     def observe(
-        self, frame: int, positions: "Tensor", velocities: "Tensor", start: "Tensor", occupancy: "Tensor"
+        self,
+        frame: int,
+        positions: "Tensor",
+        velocities: "Tensor",
+        start: "Tensor",
+        occupancy: "Tensor",
+        membership: "Tensor | None" = None,
     ) -> "Tensor":
         """The observation `[count]`; differentiable by all tensors.
 
@@ -99,17 +105,20 @@ class ObservationModel:
             velocities: `[all particles, 3]` [m/s].
             start: positions at the start of the episode `[all particles, 3]` [m].
             occupancy: of the robot's `[particle_count]` in [0, 1].
+            membership: of its muscles `[particle_count, muscle_count]`; None for the body's own.
         """
-        weights = self.weights(occupancy)
+        weights = self.weights(occupancy, membership)
         return self.observe_with(weights, frame, positions, velocities, self.centres(weights, start))
 
-    def weights(self, occupancy: "Tensor") -> "Weights":
-        """The weights of observations of a body with this occupancy `[particle_count]`, whatever its motion."""
+    def weights(self, occupancy: "Tensor", membership: "Tensor | None" = None) -> "Weights":
+        """The weights of observations of a body with this occupancy and membership, as of `observe`, whatever its
+        motion."""
         import torch
 
         masses = occupancy * torch.as_tensor(self.body.density_ratio * self.body.volumes)
         share = masses / masses.sum()
-        active = masses[:, None] * torch.as_tensor(self.body.muscle_membership)
+        membership = torch.as_tensor(self.body.muscle_membership) if membership is None else membership
+        active = masses[:, None] * membership
         muscles = (active / _positive(active.sum(dim=0))).T
         head, tail = (share * torch.as_tensor(label.astype(np.float64)) for label in (self.body.head, self.body.tail))
         rest = torch.as_tensor(self.body.positions)

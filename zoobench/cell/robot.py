@@ -96,7 +96,7 @@ class Draft:
         return "" if self.feasibility is None else self.feasibility.fault
 
     def solid(self) -> Built:
-        """The robot as it is scored, shown and exported: whole particles where the form is solid, and nothing else."""
+        """The robot as it is scored: whole particles where the form is solid, and nothing else."""
         if self.form is None:
             return Built(self.row, self.activity, self.workspace, {}, {})
         body = solid_body(self.form, self.workspace)
@@ -285,7 +285,8 @@ class Robot:
         return 0.5 - 0.5 * torch.cos(torch.clamp(math.pi / self.onset * times, max=math.pi))
 
     def formed(self, parameters: Array) -> Body:
-        """The body at rest for `parameters` `[parameter_count]`, as it is scored.
+        """The body at rest for `parameters` `[parameter_count]`, as it is shown and exported: that which is scored, but
+        of a design space with all of the muscles that `firm_muscles` takes from soft matter.
 
         Raises:
             SceneError: it cannot be built.

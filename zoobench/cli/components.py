@@ -232,8 +232,9 @@ def _run_card(text: str, db: str) -> dict[str, Any]:
 
 def _component_card(component: "Component", text: str) -> dict[str, Any]:
     """All about a component, with properties of a design's body unless a required parameter is missing."""
-    from zoobench.registry import Kind
+    from zoobench.registry import Kind, caveat
 
+    ref = Ref.parse(text)
     card = {
         "name": component.name,
         "kind": component.kind.noun,
@@ -241,13 +242,12 @@ def _component_card(component: "Component", text: str) -> dict[str, Any]:
         "summary": component.summary,
         "description": component.description,
         "tags": sorted(component.tags),
-        "provisional": component.provisional or None,
+        "provisional": caveat(component.kind, ref) or None,
         "parameters": [
             {"name": name, "type": _type_name(expected), "default": component.defaults.get(name)}
             for name, expected in component.parameters.items()
         ],
     }
-    ref = Ref.parse(text)
     if component.kind is Kind.DESIGN and component.required <= ref.kwargs.keys():
         from zoobench.render import bodies
 

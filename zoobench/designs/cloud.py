@@ -43,7 +43,7 @@ class CloudPath(InputFile):
     endings: ClassVar[tuple[str, ...]] = ENDINGS
 
 
-@register(Kind.DESIGN, "cloud", version=4, tags=("file",))
+@register(Kind.DESIGN, "cloud", version=5, tags=("file",))
 @dataclass(frozen=True, kw_only=True)
 class CloudDesign:
     """A body from a point cloud in a file (PLY, PCD or NPZ), with the muscles and fibres given there.

@@ -29,7 +29,8 @@ class Form:
         occupancy: `[worlds, particle_count]` in [0, 1]; 0 is empty space.
         stiffness: `[worlds, particle_count]` relative to the workspace, in (0, 1] [-].
         muscle_membership: `[worlds, particle_count, muscle_count]` share of each muscle, with sum 1, or less where
-            muscles are not optimised and the base has passive tissue [-].
+            muscles are not optimised and the base has passive tissue, or where matter is too soft for them, see
+            `cell.firm_muscles` [-].
         fibres: `[worlds, particle_count, 3]` unit directions of contraction.
     """
 

@@ -30,8 +30,8 @@ draft and standard one diverges in it, the orca at standard; at 40 the fish does
 
 _PROVISIONAL = (
     "of two gaits that turn at standard in water on a grid neither is known to be the better at paper: scores differ "
-    "by 98 % (root mean square) from those there, and speeds by 39 %; swimmers go ahead by 0.05 to 0.14 lengths a "
-    "period, real ones by 0.5. Scores in ocean[water=surface] are not provisional"
+    "by 98 % (root mean square) from those there, and speeds by 39 %; swimmers go ahead by 0.14 lengths a beat at "
+    "most, real ones by 0.5. Scores in ocean[water=surface] are not provisional"
 )
 
 
@@ -64,7 +64,7 @@ def ocean(
 
     Water by forces on the surface (`surface`) has no bounds, no wake and no memory: each part of the robot's surface
     feels drag, lift and the inertia of the water that it moves (Lighthill 1960), which are the same on every grid. The
-    robot is in its rest frame then. Fish swim in it by half a length a beat, as real ones do.
+    robot is in its rest frame then. Fish swim in it by 0.3 to 0.8 lengths a beat.
 
     A level floor has no friction; hills, slopes, steps and gaps are rough, so that water rests on them; water on a grid
     has none.
