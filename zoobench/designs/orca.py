@@ -64,8 +64,8 @@ def orca(*, length: float = SWIMMER_LENGTH, paired: bool = False) -> Animal:
     The fibres of back and belly run along the whole body but the snout, in four segments each. The trunk is broad
     in front, and the stem narrow, so that the head swings less than the flukes; the flippers are behind the middle, so
     that it holds its course. But for the fin on the back it is the same above and below the middle, so that it does not
-    dive. The flukes, the flippers and the fin on the back have no muscle;
-    they are 2, 0.5 and 0.05 times as stiff as muscle, the softer the less they brace the trunk.
+    dive. The flukes, the flippers and the fin on the back have no muscle; they are 2, 0.5 and 0.05 times as stiff as
+    muscle, the softer the less they brace the trunk.
 
     * `length`: of the whole body [m]; it is 0.31 times as high and 0.41 times as wide, fins included. Where others have
       their underside, it has 0.09 lengths of nothing, as all swimmers have their middle at one height.

@@ -13,9 +13,19 @@ def body_notes(specs: Iterable[RunSpec]) -> Iterator[str]:
     Raises:
         UsageError, SceneError: one cannot be made.
     """
+    from zoobench.cell.firm_muscles import firm_body, firmness
     from zoobench.cell.robot import sampled
 
-    for design, fidelity in dict.fromkeys((spec.design, spec.fidelity) for spec in specs):
-        if "file" in registry.get(Kind.DESIGN, design.name, design.version).tags:
-            _, body = sampled(design, registry.create(Kind.FIDELITY, fidelity))
-            yield from (f"{design.name}: {note}" for note in body.notes)
+    said = set()
+    for spec in specs:
+        design = spec.design
+        if "file" not in registry.get(Kind.DESIGN, design.name, design.version).tags:
+            continue
+        _, body = sampled(design, registry.create(Kind.FIDELITY, spec.fidelity))
+        notes = list(body.notes)
+        if firm_body(body, firmness(registry.create(Kind.ENV, spec.env).robot)) is not body:
+            notes.append(f"Parts are too soft for their muscles in {spec.env.name}, which are weaker there.")
+        for note in notes:
+            if (design, spec.fidelity, note) not in said:
+                said.add((design, spec.fidelity, note))
+                yield f"{design.name}: {note}"

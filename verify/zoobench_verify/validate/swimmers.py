@@ -30,7 +30,7 @@ _TANK = "ocean[length=0.4375,depth=0.15625,width=0.1875]"
 """A tank of water on a grid, whatever the environment's own size is: the figures are those of this one."""
 
 _PERIODS = 6
-"""The wave grows from nothing in the first: at full strength at once it turns the fish by 20 degrees."""
+"""The wave grows from nothing in the first: at full strength at once it turns them."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class Swim:
         return 2.0 * self.tail / max(self.stride, 1e-9)
 
 
-def swim(frequency: float, way: float = 1.0, level: str = "standard", name: str = "fish") -> Swim:
+def swim(name: str, level: str, frequency: float, way: float = 1.0) -> Swim:
     """A swimmer in water by forces on its surface, by a wave that runs to the tail (`way` 1) or to the head (-1)."""
     env: Environment = registry.create(Kind.ENV, Ref.parse("ocean[water=surface]"))
     fidelity: Fidelity = env.simulated(registry.create(Kind.FIDELITY, Ref(level)))
@@ -103,12 +103,12 @@ def swimmers(record: CaseRecorder) -> None:
     figure = record.plot("Five swimmers", "frequency [Hz]", "lengths a beat [-]")
     for level, frequencies in _FREQUENCIES.items():
         for name in _SWIMMERS:
-            swims = [swim(frequency, level=level, name=name) for frequency in frequencies]
+            swims = [swim(name, level, frequency) for frequency in frequencies]
             for frequency, found in zip(frequencies, swims, strict=True):
                 _check(record, found, name, frequency, level)
             figure.computed(f"{name}, {level}", np.array(frequencies), np.array([found.stride for found in swims]))
     for name in _SWIMMERS:
-        ahead, turned = (swim(4.0, way, "paper", name).stride for way in (1.0, -1.0))
+        ahead, turned = (swim(name, "paper", 4.0, way).stride for way in (1.0, -1.0))
         record.within(f"lengths a beat by a wave to the head by that of the other, {name}, paper", turned / ahead, -1.0,
                       1 / 3)  # fmt: skip
 
