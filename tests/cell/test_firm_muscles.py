@@ -46,7 +46,7 @@ def test_no_matter_has_more_muscle_than_it_bears() -> None:
     body, material = _block(), SWIMMER.robot
     stiffness = torch.linspace(0.05, 1.0, body.particle_count, dtype=torch.float64)
     whole = torch.as_tensor(body.muscle_membership)
-    found = firm_form(_form(body, stiffness, whole), body, firmness(material)).muscle_membership[0]
+    found = firm_form(_form(body, stiffness, whole), body, material).muscle_membership[0]
     tension = material.muscle_strength * found.sum(1)
     asked = material.muscle_strength * whole.sum(1)
     bearable = MOST_ACTIVE * material.mu * stiffness
@@ -58,12 +58,13 @@ def test_no_matter_has_more_muscle_than_it_bears() -> None:
 def test_gradients_pass_through_what_matter_bears() -> None:
     """By stiffness and membership, with and without muscles, above and below what matter bears."""
     body = _block()
+    material = replace(SWIMMER.robot, muscle_strength=0.5 * MOST_ACTIVE * SWIMMER.robot.mu)
     rng = np.random.default_rng(2)
     stiffness = torch.tensor(rng.uniform(0.1, 0.9, body.particle_count), requires_grad=True)
     shares = torch.tensor(rng.uniform(0.1, 0.3, body.muscle_membership.shape), requires_grad=True)
 
     def membership(k: torch.Tensor, m: torch.Tensor) -> torch.Tensor:
-        return firm_form(_form(body, k, m), body, 0.5).muscle_membership
+        return firm_form(_form(body, k, m), body, material).muscle_membership
 
     assert torch.autograd.gradcheck(membership, (stiffness, shares), atol=1e-7)
     nothing = torch.zeros_like(shares).requires_grad_()
@@ -76,14 +77,14 @@ def test_animals_bear_all_of_their_muscles(name: str) -> None:
     """On land and in water, so that what is said of their muscles holds."""
     body: Body = registry.create(Kind.DESIGN, Ref(name)).body(Fidelity(1 / 64))
     for physics in (LAND, SWIMMER):
-        assert firm_body(body, firmness(physics.robot)) is body
+        assert firm_body(body, physics.robot) is body
 
 
 def test_a_fixed_body_of_soft_matter_has_weaker_muscles() -> None:
     """One that came from a file, such as an exported solution."""
     body = _block()
     soft = replace(body, stiffness=np.full(body.particle_count, 0.1))
-    found = firm_body(soft, firmness(SWIMMER.robot)).muscle_membership
+    found = firm_body(soft, SWIMMER.robot).muscle_membership
     share = 0.1 / firmness(SWIMMER.robot)
     np.testing.assert_allclose(found, body.muscle_membership * share)
 

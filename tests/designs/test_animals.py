@@ -172,9 +172,14 @@ def test_a_length_without_a_body_is_refused(length: float) -> None:
         animal("fish", length=length)
 
 
-@pytest.mark.parametrize("name", ["fish", "tuna", "shark", "clownfish", "orca"])
-def test_swimmers_in_their_rest_frame_have_the_same_mass_above_and_below(name: str) -> None:
-    """But for points on the very edge of a fin, and the orca's on its back, so that they do not dive by sampling."""
+@pytest.mark.parametrize(
+    ("name", "apart"), [("fish", 0.006), ("tuna", 0.006), ("shark", 1e-9), ("clownfish", 1e-9), ("orca", 0.1)]
+)
+def test_swimmers_in_their_rest_frame_have_the_same_mass_above_and_below(name: str, apart: float) -> None:
+    """But for points on the very edge of a fin, and the orca's on its back, so that they do not dive by sampling.
+
+    By this share of a cube.
+    """
     body = animal(name).body(Fidelity(1 / 64, robot="lagrangian"))
     level = MIDDLE * SWIMMER_LENGTH / REFERENCE_LENGTH
     offset = np.rint((body.sites - (0.0, level, 0.0)) / (body.edge / 2.0)).astype(int)
@@ -183,4 +188,4 @@ def test_swimmers_in_their_rest_frame_have_the_same_mass_above_and_below(name: s
     for (x, y, z), each in volume.items():
         if abs(z) * body.edge / 2.0 < back_fin:
             continue
-        assert volume[x, -y, z] == pytest.approx(each, abs=0.1 * body.edge**3)
+        assert volume[x, -y, z] == pytest.approx(each, abs=apart * body.edge**3)

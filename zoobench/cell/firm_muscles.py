@@ -6,8 +6,9 @@ for the full strength of its muscles has them in proportion to its stiffness.
 """
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
+from zoobench.arrays import Array
 from zoobench.designs.base import Body
 from zoobench.designs.space import Form
 from zoobench.sim.model.laws.elastic import ElasticMaterial
@@ -20,6 +21,7 @@ MOST_ACTIVE = 0.75
 its length, and with muscles of 0.3 E, as published, matter of full stiffness has them whole."""
 
 _TINY = 1e-12
+_T = TypeVar("_T", "Tensor", Array)
 
 
 def firmness(material: ElasticMaterial) -> float:
@@ -30,23 +32,22 @@ def firmness(material: ElasticMaterial) -> float:
     return min(1.0, material.muscle_strength / (MOST_ACTIVE * material.mu))
 
 
-def firm_form(form: Form, workspace: Body, firmness: float) -> Form:
-    """A form in a workspace with the muscles that its matter bears; see `firmness`."""
+def firm_form(form: Form, workspace: Body, material: ElasticMaterial) -> Form:
+    """A form in a workspace with the muscles that its matter bears."""
     import torch
 
     stiffness = form.stiffness * torch.as_tensor(workspace.stiffness)
-    return replace(form, muscle_membership=form.muscle_membership * _borne(form.muscle_membership, stiffness, firmness))
+    return replace(form, muscle_membership=form.muscle_membership * _borne(form.muscle_membership, stiffness, material))
 
 
-def firm_body(body: Body, firmness: float) -> Body:
+def firm_body(body: Body, material: ElasticMaterial) -> Body:
     """A fixed body with the muscles that its matter bears; itself where that is all of them."""
-    import torch
-
-    borne = _borne(torch.as_tensor(body.muscle_membership), torch.as_tensor(body.stiffness), firmness).numpy()
+    borne = _borne(body.muscle_membership, body.stiffness, material)
     return body if borne.min() == 1.0 else replace(body, muscle_membership=body.muscle_membership * borne)
 
 
-def _borne(membership: "Tensor", stiffness: "Tensor", firmness: float) -> "Tensor":
+def _borne(membership: _T, stiffness: _T, material: ElasticMaterial) -> _T:
     """Share of its muscles `[..., particle_count, 1]` that matter of this stiffness `[..., particle_count]` bears."""
-    needed = firmness * membership.sum(-1)
-    return (stiffness / needed.clamp(min=_TINY)).clamp(max=1.0)[..., None]
+    needed = firmness(material) * membership.sum(-1)
+    borne: _T = (stiffness / needed.clip(min=_TINY)).clip(max=1.0)[..., None]
+    return borne

@@ -11,7 +11,7 @@ import numpy as np
 
 from zoobench import registry
 from zoobench.arrays import Array, Mask
-from zoobench.cell.firm_muscles import firm_body, firm_form, firmness
+from zoobench.cell.firm_muscles import firm_body, firm_form
 from zoobench.cell.muscle_places import placed_on
 from zoobench.cell.observation import Layout, layout_of, seen_by
 from zoobench.controllers.base import Controller, OpenLoop
@@ -24,6 +24,7 @@ from zoobench.envs.base import Environment
 from zoobench.errors import SceneError, UsageError
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.spec import Ref, RunSpec
 from zoobench.tasks.base import Metric
 from zoobench.tasks.products import symmetric_eigen
@@ -154,7 +155,7 @@ class Robot:
         least_occupancy: of the matter of relaxed bodies, see `Fidelity`.
         layout: of a closed loop's observations; empty in an open loop.
         onset: see `Environment` [s].
-        firmness: see `firm_muscles.firmness`; 0 where the material is not known.
+        material: that of stiffness 1; None for a robot that is not to be simulated.
     """
 
     controller: Controller
@@ -163,7 +164,7 @@ class Robot:
     least_occupancy: float
     layout: Layout = ()
     onset: float = 0.0
-    firmness: float = 0.0
+    material: ElasticMaterial | None = None
 
     @classmethod
     def of(
@@ -186,9 +187,8 @@ class Robot:
         space = made if isinstance(made, DesignSpace) else None
         robot = cls(moved_by, body, space, fidelity.least_occupancy, layout)
         if environment is not None:
-            least = firmness(environment.robot)
-            firm = firm_body(body, least) if space is None else body
-            robot = replace(robot, body=firm, onset=environment.onset, firmness=least)
+            firm = firm_body(body, environment.robot) if space is None else body
+            robot = replace(robot, body=firm, onset=environment.onset, material=environment.robot)
         if isinstance(moved_by, Gait):
             robot._check_gait(moved_by.start.spec)
         return robot
@@ -273,7 +273,8 @@ class Robot:
         form, feasibility = None, None
         if self.space is not None:
             form, feasibility = buildable(self.space, row[:, self.control_count :], self.body)
-            form = firm_form(form, self.body, self.firmness)
+            if self.material is not None:
+                form = firm_form(form, self.body, self.material)
         return Draft(row, activity, self.body, form, feasibility, self.least_occupancy)
 
     def strength(self, times: "Tensor") -> "Tensor":

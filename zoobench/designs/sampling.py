@@ -169,12 +169,12 @@ class Shape:
         """Points in the solid `[n, 3]` [m], the share of a cube that each stands for, and its site `[n]`."""
         middle, count = (np.array(self.lower) + self.upper) / 2, max(_LEAST_POINTS, self.points // len(sites))
         spacing, per_cell, step = fidelity.grid_spacing, fidelity.particles_per_cell, max(1, _BLOCK // count)
-        level = self.level is not None and fidelity.robot == "lagrangian"
-        if level:
+        upside_down = self.level is not None and fidelity.robot == "lagrangian"
+        if upside_down:
             middle[1] = self.level
         found: list[tuple[Array, Array, NDArray[np.int64]]] = []
         for n in range(0, len(sites), step):
-            block = cell_points(sites[n : n + step], middle, spacing, per_cell, count, level=level)
+            block = cell_points(sites[n : n + step], middle, spacing, per_cell, count, upside_down=upside_down)
             own = np.isfinite(block[..., 0])
             points, counts = block[own], own.sum(axis=1)
             weights = np.asarray(self.inside(points), float) / np.repeat(counts, counts)

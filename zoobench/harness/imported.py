@@ -13,19 +13,18 @@ def body_notes(specs: Iterable[RunSpec]) -> Iterator[str]:
     Raises:
         UsageError, SceneError: one cannot be made.
     """
-    from zoobench.cell.firm_muscles import firm_body, firmness
+    from zoobench.cell.firm_muscles import firm_body
     from zoobench.cell.robot import sampled
 
     said = set()
-    for spec in specs:
-        design = spec.design
+    for design, fidelity, env in dict.fromkeys((spec.design, spec.fidelity, spec.env) for spec in specs):
         if "file" not in registry.get(Kind.DESIGN, design.name, design.version).tags:
             continue
-        _, body = sampled(design, registry.create(Kind.FIDELITY, spec.fidelity))
+        _, body = sampled(design, registry.create(Kind.FIDELITY, fidelity))
         notes = list(body.notes)
-        if firm_body(body, firmness(registry.create(Kind.ENV, spec.env).robot)) is not body:
-            notes.append(f"Parts are too soft for their muscles in {spec.env.name}, which are weaker there.")
+        if firm_body(body, registry.create(Kind.ENV, env).robot) is not body:
+            notes.append(f"Parts are too soft for their muscles in {env.name}, which are weaker there.")
         for note in notes:
-            if (design, spec.fidelity, note) not in said:
-                said.add((design, spec.fidelity, note))
+            if (design, fidelity, note) not in said:
+                said.add((design, fidelity, note))
                 yield f"{design.name}: {note}"

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from zoobench import registry
 from zoobench.arrays import Array
 from zoobench.cell.driving import random_actuation
-from zoobench.cell.firm_muscles import firm_body, firmness
+from zoobench.cell.firm_muscles import firm_body
 from zoobench.cell.muscle_places import placed_on
 from zoobench.designs.base import Body
 from zoobench.designs.feasibility import SOLID
@@ -154,7 +154,7 @@ def snapshots(
     for name in envs:
         env: Environment = registry.create(Kind.ENV, name)
         grid = env.simulated(registry.create(Kind.FIDELITY, fidelity))
-        body: Body = firm_body(registry.create(Kind.DESIGN, design).body(grid), firmness(env.robot))
+        body: Body = firm_body(registry.create(Kind.DESIGN, design).body(grid), env.robot)
         driver = placed_on(body, registry.create(Kind.CONTROLLER, controller))
         scene = env.scene(body, grid)
         solver = Solver(scene, grid, start=equilibrated(scene, grid, env.equilibration_frames))

@@ -14,7 +14,7 @@ import numpy as np
 from zoobench import registry
 from zoobench.arrays import Array
 from zoobench.cell.driving import random_actuation
-from zoobench.cell.firm_muscles import firm_body, firmness
+from zoobench.cell.firm_muscles import firm_body
 from zoobench.envs.base import Environment
 from zoobench.errors import DivergenceError, UsageError
 from zoobench.registry import Kind, short
@@ -68,7 +68,7 @@ def balance(spec: RunSpec) -> Balance:
     env: Environment = registry.create(Kind.ENV, spec.env)
     grid = env.simulated(registry.create(Kind.FIDELITY, spec.fidelity))
     # matter that an arena leaves behind would take its energy along
-    body = firm_body(registry.create(Kind.DESIGN, spec.design).body(grid), firmness(env.robot))
+    body = firm_body(registry.create(Kind.DESIGN, spec.design).body(grid), env.robot)
     scene = replace(env.scene(body, grid), follows=False)
     if scene.water is not None or scene.surface_water is not None:
         raise UsageError("energy is followed in particles, and water on a grid or by forces has none.")

@@ -103,14 +103,15 @@ def swimmers(record: CaseRecorder) -> None:
     figure = record.plot("Five swimmers", "frequency [Hz]", "lengths a beat [-]")
     for level, frequencies in _FREQUENCIES.items():
         for name in _SWIMMERS:
-            swims = [swim(name, level, frequency) for frequency in frequencies]
-            for frequency, found in zip(frequencies, swims, strict=True):
+            swims = {frequency: swim(name, level, frequency) for frequency in frequencies}
+            for frequency, found in swims.items():
                 _check(record, found, name, frequency, level)
-            figure.computed(f"{name}, {level}", np.array(frequencies), np.array([found.stride for found in swims]))
-    for name in _SWIMMERS:
-        ahead, turned = (swim(name, "paper", 4.0, way).stride for way in (1.0, -1.0))
-        record.within(f"lengths a beat by a wave to the head by that of the other, {name}, paper", turned / ahead, -1.0,
-                      1 / 3)  # fmt: skip
+            strides = np.array([found.stride for found in swims.values()])
+            figure.computed(f"{name}, {level}", np.array(frequencies), strides)
+            if level == "paper":
+                turned = swim(name, level, _SLOW, -1.0).stride / swims[_SLOW].stride
+                record.within(f"lengths a beat by a wave to the head by that of the other, {name}, paper", turned, -1.0,
+                              1 / 3)  # fmt: skip
 
 
 _SLOW = 4.0

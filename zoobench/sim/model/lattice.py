@@ -28,7 +28,7 @@ def particle_volume(grid_spacing: float, particles_per_cell: int) -> float:
 
 
 def cell_points(
-    sites: Array, middle: Array, grid_spacing: float, particles_per_cell: int, count: int, *, level: bool = False
+    sites: Array, middle: Array, grid_spacing: float, particles_per_cell: int, count: int, *, upside_down: bool = False
 ) -> Array:
     """Points `[site_count, n, 3]` [m] in the part of space nearest to each of the sites `[site_count, 3]` [m].
 
@@ -45,7 +45,7 @@ def cell_points(
         grid_spacing: of the lattice [m].
         particles_per_cell: of the lattice.
         count: of points to a site, about.
-        level: whether sites are mirrored along y, too.
+        upside_down: whether sites are mirrored along y, too.
     """
     octant = count / (2 if particles_per_cell == 4 else 8)  # a quarter of them lies in the dodecahedron
     levels = max(1, round(octant ** (1 / 3) / 2))  # few, as heights differ from line to line, and lines must be many
@@ -57,7 +57,7 @@ def cell_points(
     # lines do not depend on y: points above each other share theirs, which makes meshes cheap
     across = [line * step + _scattered(column + n)[:, None] for n, step in ((1.0, 0.754877666), (2.0, 0.569840291))]
     heights = (np.arange(len(line)) % levels + line / (line.max() + 1)) / levels
-    up = heights + _scattered(column + 37.719 * (np.abs(y) if level else y))[:, None]
+    up = heights + _scattered(column + 37.719 * (np.abs(y) if upside_down else y))[:, None]
     places = np.stack([across[0], up, across[1]], axis=2) % 1.0
     if particles_per_cell == 4:  # beyond the middle between the site and another at half a cell along two axes
         places[places.sum(axis=2) - places.min(axis=2) > 1.0] = np.nan
