@@ -90,6 +90,7 @@ def _surface(field: Array, level: float, edge: float) -> Array:
     diagonals of marching cubes are not symmetric, and a fin with a twist makes a robot roll.
     """
     from scipy.ndimage import binary_fill_holes
+    from scipy.spatial import cKDTree
     from skimage import measure
 
     inside = field >= level
@@ -106,7 +107,10 @@ def _surface(field: Array, level: float, edge: float) -> Array:
         mirrored[..., axis] *= -1.0
         found = np.concatenate([found, mirrored])
         found[..., axis] += middle * edge
-    return cast("Array", found[np.linalg.norm(areas(found), axis=1) > _SLIVER * edge**2])
+    found = found[np.linalg.norm(areas(found), axis=1) > _SLIVER * edge**2]
+    # front and back of what has no thickness
+    twins = cKDTree(found.mean(axis=1)).query_pairs(_SLIVER * edge, output_type="ndarray")
+    return cast("Array", np.delete(found, twins.ravel(), axis=0))
 
 
 def _is_symmetric(field: Array, axis: int) -> bool:

@@ -36,7 +36,7 @@ _PROVISIONAL = (
 
 
 @register(
-    Kind.ENV, "ocean", version=14, tags=("water", "fluid"),
+    Kind.ENV, "ocean", version=15, tags=("water", "fluid"),
     added=("water", "fluid", "hills", "profile", "physics", "current"),
     provisional=_PROVISIONAL, unless={"water": "surface"},
 )  # fmt: skip

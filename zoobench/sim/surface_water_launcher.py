@@ -39,7 +39,6 @@ class SurfaceWaterLauncher(RestFrameLauncher):
         displaced, displaced_adjoint = (lazy_zeros((self.robot_nodes,), real, device) for _ in range(2))
         self._tables = (
             *self._tables, displaced, torch.as_tensor(panels.cell), torch.as_tensor(panels.around),
-            self._wide(panels.weights), self._wide(panels.slopes.reshape(count, -1, panels.slopes.shape[-1])),
-            self._wide(panels.given), bend,
+            self._wide(panels.weights), self._wide(panels.given), bend,
         )  # fmt: skip
         self._room = (*self._room, displaced_adjoint)

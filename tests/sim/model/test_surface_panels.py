@@ -9,6 +9,7 @@ from tests.sim import scenes
 from zoobench import registry
 from zoobench.designs.hull import hull_of
 from zoobench.registry import Kind
+from zoobench.sim.model import surface_panels
 from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.potential_flow import areas
@@ -74,19 +75,32 @@ def test_water_acts_on_relaxed_matter_by_the_third_power_of_its_occupancy(
 
 
 def test_panels_move_as_their_cells_have_it(fish: tuple[ElasticBody, SurfaceWater, RestCells, SurfacePanels]) -> None:
-    """Weights are those of a place within the cell, and slopes give a linear field its gradient."""
+    """Weights are those of a place within the cell, near the surface."""
     _, water, cells, panels = fish
     used = panels.given[:, 4] > 0.0
     assert panels.weights.sum(axis=1)[used] == pytest.approx(1.0)
     assert panels.weights.min() >= 0.0
-    nodes = cells.places[cells.nodes[panels.cell]]
-    gradient = np.einsum("gir,gikl->glrk", nodes, panels.slopes)
-    assert np.abs(gradient[used] - np.eye(3)).max() < 1e-9
     assert water.hull is not None
-    places = np.einsum("gir,gil->glr", nodes, panels.weights)[used]
+    places = np.einsum("gir,gil->glr", cells.places[cells.nodes[panels.cell]], panels.weights)[used]
     low, high = water.hull.triangles.min(axis=(0, 1)), water.hull.triangles.max(axis=(0, 1))
     assert (places > low - 1e-3).all()
     assert (places < high + 1e-3).all()
+
+
+def test_a_light_node_has_little_part_in_the_motion_of_panels(
+    fish: tuple[ElasticBody, SurfaceWater, RestCells, SurfacePanels], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Water would fling it about: its weight is less than that by its place alone."""
+    body, water, cells, panels = fish
+    matter = np.zeros(len(cells.places))
+    volumes = (cells.particles >= 0) * body.volumes[cells.particles.clip(0)]
+    np.add.at(matter, cells.nodes, np.einsum("cil,cl->ci", cells.masses[cells.shape], volumes))
+    own = matter[cells.nodes[panels.cell]]
+    group, node = np.unravel_index((own / own.max(axis=1, keepdims=True)).argmin(), own.shape)
+    assert own[group, node] < 0.02 * own[group].max()
+    monkeypatch.setattr(surface_panels, "_LIGHT", 0.0)
+    alike = SurfacePanels.of(body, water, cells, GRID.grid_spacing)
+    assert 0.0 < panels.weights[group, node].max() < 0.4 * alike.weights[group, node].max()
 
 
 def test_second_derivatives_of_a_quadratic_are_exact(

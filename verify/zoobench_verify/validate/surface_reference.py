@@ -6,7 +6,7 @@ import numpy as np
 
 from zoobench.arrays import Array
 from zoobench.sim.model.fidelity import Fidelity
-from zoobench.sim.model.rest_cells import RestCells
+from zoobench.sim.model.rest_cells import RestCells, gradients
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.surface_panels import SurfacePanels
 
@@ -24,7 +24,8 @@ class Wet:
 
     Attributes:
         added: added mass.
-        resistance: that of drag and lift to motion along the normals.
+        lift: with its suction.
+        resistance: that of drag to motion along the normals, and of lift along q.
     """
 
     drag: Array
@@ -46,13 +47,14 @@ class PanelForces:
         group, lane = np.nonzero(given[..., _WETTED] > 0.0)
         self._count, self._given, self._group = len(cells.places), given[group, lane], group
         self._nodes = cells.nodes[panels.cell[group]]
-        self._weights, self._slopes = panels.weights[group, :, lane], panels.slopes[group, :, :, lane]
+        self._weights = panels.weights[group, :, lane]
+        self._slopes = gradients(np.full((1, 3), 0.5), fidelity.grid_spacing)[..., 0]  # in the middle of a cell
         self._around, self._bend = panels.around, panels.bend
 
     def at(self, places: Array, velocities: Array) -> Wet:
         """The forces but for that on accelerations."""
         given, water = self._given, self._water
-        deformation, rate = (np.einsum("pia,pib->pab", q[self._nodes], self._slopes) for q in (places, velocities))
+        deformation, rate = (np.einsum("pia,ib->pab", q[self._nodes], self._slopes) for q in (places, velocities))
         v = np.einsum("pi,pia->pa", self._weights, velocities[self._nodes]) - np.array(water.current)
         area = _turned_areas(deformation, given[:, _AREA])
         size = np.linalg.norm(area, axis=1)
@@ -62,20 +64,22 @@ class PanelForces:
         w = np.linalg.solve(deformation, along[..., None])[..., 0]
         turning = np.einsum("pa,pab,pb->p", n, rate, w)
         bending = np.einsum("pa,pabc,pb,pc->p", n, self._curvature(places), w, w)
-        ahead = np.linalg.solve(deformation, v[..., None])[:, 0, 0]
-        grows = 0.5 * (_smooth(onto := -ahead * given[:, _GROWTH]) + onto)
-        sideways = across - given[:, _AHEAD] * ahead
-        lift = water.lift * water.density * given[:, _WETTED] * grows
+        axis = np.linalg.inv(deformation)[:, 0]  # F^-T e_x
+        onto = -(axis * v).sum(axis=1) * given[:, _GROWTH]
+        q = n - given[:, _AHEAD, None] * axis
+        sideways, front = (v * q).sum(axis=1), 0.5 * water.lift * water.density * given[:, _WETTED]
+        lift = front * (_smooth(onto) + onto)
+        suction = -0.5 * front * given[:, _GROWTH] * (1.0 + onto / _smooth(onto)) * sideways**2
         speed = np.sqrt((v * v).sum(axis=1) + _SLOW**2)
         drag = 0.25 * water.density * water.normal_drag * size * _smooth(across) ** 2 / speed
         rubbed = -0.5 * water.density * water.friction * size * given[:, _SHARE] * speed
         return Wet(
             drag=self._on_nodes(-(drag * across)[:, None] * n),
-            lift=self._on_nodes(-(lift * sideways)[:, None] * n),
+            lift=self._on_nodes(suction[:, None] * axis - (lift * sideways)[:, None] * q),
             friction=self._on_nodes(rubbed[:, None] * along),
             reaction=self._on_nodes((given[:, _MASS] * (2.0 * turning - bending))[:, None] * n),
-            added=self._on_nodes(given[:, _MASS, None, None] * n[:, :, None] * n[:, None]),
-            resistance=self._on_nodes((drag + lift)[:, None, None] * n[:, :, None] * n[:, None]),
+            added=self._on_nodes(_along(given[:, _MASS], n)),
+            resistance=self._on_nodes(_along(drag, n) + _along(lift, q)),
         )
 
     def _curvature(self, places: Array) -> Array:
@@ -96,6 +100,11 @@ def _turned_areas(deformation: Array, areas: Array) -> Array:
     cofactor = np.linalg.det(deformation)[:, None, None] * np.linalg.inv(deformation).transpose(0, 2, 1)
     found: Array = np.einsum("pab,pb->pa", cofactor, areas)
     return found
+
+
+def _along(values: Array, directions: Array) -> Array:
+    """Matrices `[n, 3, 3]` of values `[n]` along directions `[n, 3]`."""
+    return values[:, None, None] * directions[:, :, None] * directions[:, None]
 
 
 def _smooth(speed: Array) -> Array:

@@ -6,13 +6,18 @@ velocity u along the surface, W = F^-1 u, and the rate L of the body's motion,
 
     drag      f = -(C_n rho A u_n^2 / (4 |v|)) u_n n - (C_f rho A |v| / 2) u
     reaction  f = -m n (n . a - 2 n . L u + n . grad F [W, W])
-    lift      f = -C_l rho A_0 max(0, -V_x g) (u_n - N_x V_x) n
+    lift      f = -l (v . q) q,  l = C_l rho A_0 max(0, -V_x g)
+    suction   f = l (v . q)^2 / (2 V_x) F^-T e_x
 
-with V = F^-1 v along x, the body's axis at rest, by which N is the normal there and g how the body widens ahead: the
-lift is that of what is slender along it, and has no part in what its thickness pushes aside. The drag falls with the
-sine of the angle between panel and flow, as pressure recovers along what closes gently. m = rho A_0 phi is the panel's
-added mass. The reaction is Lighthill's (d/dt - u d/ds)^2 y (1960), n . a that of the nodes: their mass becomes a
-matrix, K = M + sum w (m + dt b) n n^T, which holds drag and lift by their sum b of coefficients of u_n, too.
+with V = F^-1 v along x, the body's axis at rest, by which N is the normal there and g how the body widens ahead, and
+q = n - N_x F^-T e_x. The drag falls with the sine of the angle between panel and flow, as pressure recovers along what
+closes gently. The lift is that of what is slender along its axis, and has no part in what its thickness pushes aside.
+Half of the work that it takes comes back at the front edges that make it, as suction along the axis (Jones 1946):
+with the lift alone a wave's thrust is less than Lighthill's by half of the integral of m' w^2. m = rho A_0 phi is the
+panel's added mass. The reaction is Lighthill's (d/dt - u d/ds)^2 y (1960), n . a that of the nodes: their mass becomes
+a matrix, K = M + sum w ((m + dt b) n n^T + dt l q q^T), which holds drag and lift by their coefficients b and l, too.
+
+F and L are those of the middle of the panel's cell: at a corner they are those of a single node, however light it is.
 
     nodes    rows of `rest_frame`, and the matrix less M, ADDED and ADDED_SHEAR
     given    [groups, 8] of the lanes of a group of panels, rows below
@@ -45,6 +50,9 @@ OF_AREA, OF_SHARE, OF_WETTED, OF_MASS, OF_GROWTH, OF_AHEAD = 0, 3, 4, 5, 6, 7
 """Rows of `given`: area vector [m^2], the area of the panel's triangles relative to it [-] and by itself [m^2], added
 mass [kg], how the body widens ahead [-], and component of the normal along x [-]."""
 
+SIDES = tuple((2 * (i // 4) - 1, 2 * (i // 2 % 2) - 1, 2 * (i % 2) - 1) for i in range(8))
+"""On which side of its cell's middle each node is, by axis."""
+
 _PAIRS = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 TINY = 1e-30
 """Square of an area [m^4] that lanes without a panel have, which have no normal."""
@@ -58,8 +66,8 @@ SLOW = 1e-4
 class Panels:
     """The arrays of a surface's panels as one argument: those of `model.surface_panels`."""
 
-    def __init__(self, cell, around, weights, slopes, given, bend):
-        self.cell, self.around, self.weights, self.slopes = cell, around, weights, slopes
+    def __init__(self, cell, around, weights, given, bend):
+        self.cell, self.around, self.weights = cell, around, weights
         self.given, self.bend = given, bend
 
 
@@ -91,16 +99,15 @@ def transposed_times(a: ti.template(), x: ti.template()):
 
 
 @ti.func
-def panel_slope(nodes: ti.template(), c: ti.template(), s, g, row: ti.template()):
-    """sum x g^T of a row of the nodes, at the panels of a group."""
-    found = [[lanes_of(0.0 * c.scene.spacing) for _ in ti.static(range(3))] for _ in ti.static(range(3))]
+def middle_slope(nodes: ti.template(), c: ti.template(), s, g, row: ti.template()):
+    """Gradient of a row of the nodes, in the middle of the cell of a group."""
+    sums = [zero_lanes() for _ in ti.static(range(3))]
     for i in ti.static(range(8)):
         q = nodes[s, c.w, c.cells.node[c.panels.cell[g], i], row]
         for k in ti.static(range(3)):
-            share = c.panels.slopes[g, 3 * i + k]
-            for r in ti.static(range(3)):
-                found[r][k] += q[r] * share
-    return found
+            sums[k] += q * SIDES[i][k]
+    share = 0.25 / c.scene.spacing
+    return [[share * sums[k][r] for k in ti.static(range(3))] for r in ti.static(range(3))]
 
 
 @ti.func
@@ -141,7 +148,7 @@ def along_pairs(w: ti.template()):
 def flow_past(c: ti.template(), g):
     """How the water of a substep flows past a group of panels."""
     row = ti.static(c.panels.given)
-    deformation, rate = panel_slope(c.own_nodes, c, c.s, g, X), panel_slope(c.own_nodes, c, c.s, g, V)
+    deformation, rate = middle_slope(c.own_nodes, c, c.s, g, X), middle_slope(c.own_nodes, c, c.s, g, V)
     h, j = inverse_transposed(deformation)
     v = panel_value(c.own_nodes, c, c.s, g, V)
     current = ti.static((c.scene.medium.current_x, c.scene.medium.current_y, c.scene.medium.current_z))
@@ -165,17 +172,19 @@ def flow_past(c: ti.template(), g):
     swift = ti.sqrt(across * across + SLOW * SLOW)
     ahead = h[0][0] * v[0] + h[1][0] * v[1] + h[2][0] * v[2]
     onto = 0.0 - ahead * row[g, OF_GROWTH]
-    sideways = across - ahead * row[g, OF_AHEAD]
+    q = [n[r] - row[g, OF_AHEAD] * h[r][0] for r in ti.static(range(3))]
+    sideways = scalar(v, q)
     grows = ti.sqrt(onto * onto + SLOW * SLOW)
     wetted = c.scene.medium.lift * c.scene.medium.density * row[g, OF_WETTED]
     lift = 0.5 * wetted * (onto + grows)
+    suction = (0.0 - 0.25) * wetted * row[g, OF_GROWTH] * (1.0 + onto / grows) * sideways * sideways
     drag = (0.25 * c.scene.medium.density * c.scene.medium.normal_drag) * area * swift * swift / speed
     bent = [curved[r] - 2.0 * turned[r] for r in ti.static(range(3))]
     rubbing = (0.5 * c.scene.medium.density * c.scene.medium.friction) * area * row[g, OF_SHARE]
     return Flow(
         rate=rate, h=h, v=v, n=n, area=area, across=across, u=u, w=w, bending=bending, bent=bent, speed=speed,
         swift=swift, onto=onto, grows=grows, wetted=wetted, lift=lift, drag=drag, rubbing=rubbing,
-        mass=row[g, OF_MASS], sideways=sideways,
+        mass=row[g, OF_MASS], sideways=sideways, q=q, suction=suction,
     )  # fmt: skip
 
 
@@ -183,12 +192,14 @@ def flow_past(c: ti.template(), g):
 def wet_panels(c: ti.template(), g):
     """Add the water's force on a group of panels to FORCE of its nodes, and its resistance to ADDED."""
     flow = flow_past(c, g)
-    resisted = flow.drag * flow.across + flow.lift * flow.sideways
-    normal = 0.0 - (resisted + flow.mass * scalar(flow.n, flow.bent))
-    along = 0.0 - flow.rubbing * flow.speed
-    force = [normal * flow.n[r] + along * flow.u[r] for r in ti.static(range(3))]
-    heavy = flow.mass + c.dt * (flow.drag + flow.lift)
-    added = [heavy * flow.n[a] * flow.n[b] for a, b in ti.static(_PAIRS)]
+    normal = 0.0 - (flow.drag * flow.across + flow.mass * scalar(flow.n, flow.bent))
+    along, lifted = 0.0 - flow.rubbing * flow.speed, 0.0 - flow.lift * flow.sideways
+    force = [
+        normal * flow.n[r] + along * flow.u[r] + lifted * flow.q[r] + flow.suction * flow.h[r][0]
+        for r in ti.static(range(3))
+    ]
+    heavy, held = flow.mass + c.dt * flow.drag, c.dt * flow.lift
+    added = [heavy * flow.n[a] * flow.n[b] + held * flow.q[a] * flow.q[b] for a, b in ti.static(_PAIRS)]
     for i in ti.static(range(8)):
         share = c.panels.weights[g, i]
         node = c.cells.node[c.panels.cell[g], i]
@@ -275,15 +286,15 @@ def find_wet_forces(c: ti.template()):
 def advance_swimmer(
     state: Rows, nodes: Rows, body: Rows, plan: Scalars, dts: Scalars, constants: Scalars, terrain: Rows, node: Scalars,
     particle: Scalars, shape: Scalars, slopes: Wide, turned: Wide, masses: Wide, weights: Wide, law: Wide,
-    inverse: Scalars, displaced: Scalars, cell: Scalars, around: Scalars, panel_weights: Wide, panel_slopes: Wide,
-    given: Wide, bend: Rows, stride: int, variant: ti.template(),
+    inverse: Scalars, displaced: Scalars, cell: Scalars, around: Scalars, panel_weights: Wide, given: Wide, bend: Rows,
+    stride: int, variant: ti.template(),
 ):  # fmt: skip
     """As `rest_frame.advance_rest_frame`, in water, which is over no terrain."""
     ti.loop_config(serialize=True)
     for w in range(state.shape[1]):
         scene = scene_constants(constants, SurfaceWater)
         cells = Cells(node, particle, shape, slopes, turned, masses, weights, law, inverse)
-        panels = Panels(cell, around, panel_weights, panel_slopes, given, bend)
+        panels = Panels(cell, around, panel_weights, given, bend)
         if plan[w, 1] > 0:
             load_cells(body, cells, scene, w)
             load_displaced(body, Context(variant, cells=cells, scene=scene, displaced=displaced, w=w))

@@ -16,6 +16,8 @@ from zoobench.sim.kernels.panel_forces import (
     OF_AHEAD,
     OF_GROWTH,
     OF_SHARE,
+    SIDES,
+    SLOW,
     Panels,
     along_pairs,
     applied,
@@ -66,6 +68,16 @@ def gained_adjoint(c: ti.template()):
 
 
 @ti.func
+def both_sides(diagonal: ti.template(), shear: ti.template(), x: ti.template()):
+    """(B + B^T) x of a matrix B whose elements off the diagonal are summed in `shear`."""
+    return [
+        2.0 * diagonal[0] * x[0] + shear[2] * x[1] + shear[1] * x[2],
+        shear[2] * x[0] + 2.0 * diagonal[1] * x[1] + shear[0] * x[2],
+        shear[1] * x[0] + shear[0] * x[1] + 2.0 * diagonal[2] * x[2],
+    ]
+
+
+@ti.func
 def wet_panels_adjoint(c: ti.template(), g):
     """Adjoint of `panel_forces.wet_panels`."""
     flow = flow_past(c, g)
@@ -73,23 +85,23 @@ def wet_panels_adjoint(c: ti.template(), g):
     by_force = panel_value(c.nodes_adjoint, c, 0, g, FORCE)
     by_diagonal = panel_value(c.nodes_adjoint, c, 0, g, ADDED)
     by_shear = panel_value(c.nodes_adjoint, c, 0, g, ADDED_SHEAR)
-    # heavy n n^T, whose elements off the diagonal are kept once
-    pushed = [
-        2.0 * by_diagonal[0] * flow.n[0] + by_shear[2] * flow.n[1] + by_shear[1] * flow.n[2],
-        by_shear[2] * flow.n[0] + 2.0 * by_diagonal[1] * flow.n[1] + by_shear[0] * flow.n[2],
-        by_shear[1] * flow.n[0] + by_shear[0] * flow.n[1] + 2.0 * by_diagonal[2] * flow.n[2],
-    ]
-    by_heavy = 0.5 * scalar(pushed, flow.n)
-    heavy = flow.mass + c.dt * (flow.drag + flow.lift)
-    normal = 0.0 - (flow.drag * flow.across + flow.lift * flow.sideways + flow.mass * scalar(flow.n, flow.bent))
-    # force = normal n - rubbing speed u
-    by_normal, rubbed = scalar(by_force, flow.n), scalar(by_force, flow.u)
-    by_drag = c.dt * by_heavy - by_normal * flow.across
-    by_lift = c.dt * by_heavy - by_normal * flow.sideways
-    by_sideways = 0.0 - by_normal * flow.lift
+    # heavy n n^T + held q q^T
+    pushed, pulled = both_sides(by_diagonal, by_shear, flow.n), both_sides(by_diagonal, by_shear, flow.q)
+    heavy = flow.mass + c.dt * flow.drag
+    normal = 0.0 - (flow.drag * flow.across + flow.mass * scalar(flow.n, flow.bent))
+    # force = normal n - rubbing speed u - lift sideways q + suction F^-T e_x
+    first = [flow.h[r][0] for r in ti.static(range(3))]
+    by_normal, rubbed, lifted = scalar(by_force, flow.n), scalar(by_force, flow.u), scalar(by_force, flow.q)
+    by_drag = (0.5 * c.dt) * scalar(pushed, flow.n) - by_normal * flow.across
+    by_lift = (0.5 * c.dt) * scalar(pulled, flow.q) - lifted * flow.sideways
+    # suction = -wetted growth (1 + onto / grows) sideways^2 / 4
+    by_front = (0.0 - 0.25) * scalar(by_force, first) * flow.wetted * row[g, OF_GROWTH] * flow.sideways
+    by_sideways = 2.0 * by_front * (1.0 + flow.onto / flow.grows) - lifted * flow.lift
     by_bent = 0.0 - by_normal * flow.mass
-    by_across = by_sideways - by_normal * flow.drag
-    by_n = [normal * by_force[r] + heavy * pushed[r] + by_bent * flow.bent[r] for r in ti.static(range(3))]
+    by_across = 0.0 - by_normal * flow.drag
+    by_q = [flow.lift * (c.dt * pulled[r] - flow.sideways * by_force[r]) + by_sideways * flow.v[r]
+            for r in ti.static(range(3))]  # fmt: skip
+    by_n = [normal * by_force[r] + heavy * pushed[r] + by_bent * flow.bent[r] + by_q[r] for r in ti.static(range(3))]
     by_u = [0.0 - flow.rubbing * flow.speed * by_force[r] for r in ti.static(range(3))]
     by_speed = 0.0 - flow.rubbing * rubbed
     by_area = (0.0 - flow.speed * rubbed) * (0.5 * c.scene.medium.density * c.scene.medium.friction)
@@ -100,6 +112,7 @@ def wet_panels_adjoint(c: ti.template(), g):
     by_across += by_drag * factor * flow.area * 2.0 * flow.across
     by_speed += 0.0 - by_drag * flow.drag / flow.speed
     by_onto = by_lift * (0.5 * flow.wetted) * (1.0 + flow.onto / flow.grows)
+    by_onto += by_front * flow.sideways * (SLOW * SLOW) / (flow.grows * flow.grows * flow.grows)
     # bent = grad F [w, w] - 2 rate w
     by_curved = [by_bent * flow.n[r] for r in ti.static(range(3))]
     by_turned = [-2.0 * by_curved[r] for r in ti.static(range(3))]
@@ -117,11 +130,11 @@ def wet_panels_adjoint(c: ti.template(), g):
     for r in ti.static(range(3)):
         by_u[r] += onto_u[r]
     by_across += 0.0 - scalar(by_u, flow.n)
-    by_ahead = 0.0 - by_sideways * row[g, OF_AHEAD] - by_onto * row[g, OF_GROWTH]  # of the first component of F^-1 v
+    by_ahead = 0.0 - by_onto * row[g, OF_GROWTH]  # of the first component of F^-1 v
     by_v = [
-        by_u[r] + by_across * flow.n[r] + by_speed * flow.v[r] / flow.speed + by_ahead * flow.h[r][0]
-        for r in ti.static(range(3))
-    ]
+        by_u[r] + by_across * flow.n[r] + by_speed * flow.v[r] / flow.speed + by_ahead * first[r]
+        + by_sideways * flow.q[r] for r in ti.static(range(3))
+    ]  # fmt: skip
     for r in ti.static(range(3)):
         by_n[r] += by_across * flow.v[r] - flow.across * by_u[r]
     # the area vector cof(F) A_0 = area n
@@ -131,10 +144,14 @@ def wet_panels_adjoint(c: ti.template(), g):
     inner, back = scalar(by_vector, vector), transposed_times(flow.h, by_vector)
     by_f = [[inner * flow.h[r][k] - vector[r] * back[k] - onto_u[r] * flow.w[k] for k in ti.static(range(3))]
             for r in ti.static(range(3))]  # fmt: skip
-    back_v = transposed_times(flow.h, flow.v)
+    # F^-T e_x
+    by_first = [
+        by_ahead * flow.v[r] - row[g, OF_AHEAD] * by_q[r] + flow.suction * by_force[r] for r in ti.static(range(3))
+    ]
+    back_first = transposed_times(flow.h, by_first)
     for r in ti.static(range(3)):
         for k in ti.static(range(3)):
-            by_f[r][k] += 0.0 - by_ahead * flow.h[r][0] * back_v[k]
+            by_f[r][k] += 0.0 - first[r] * back_first[k]
     by_rate = [[by_turned[r] * flow.w[k] for k in ti.static(range(3))] for r in ti.static(range(3))]
     spread_panels(c, g, by_f, by_rate, by_v)
 
@@ -142,16 +159,14 @@ def wet_panels_adjoint(c: ti.template(), g):
 @ti.func
 def spread_panels(c: ti.template(), g, by_f: ti.template(), by_rate: ti.template(), by_v: ti.template()):
     """Add the adjoints of F, its rate and the velocity at the panels of a group to those of its nodes."""
+    share = lanes_of(0.25 / c.scene.spacing)
+    place = [summed(share, by_f[0][k], by_f[1][k], by_f[2][k]) for k in ti.static(range(3))]
+    motion = [summed(share, by_rate[0][k], by_rate[1][k], by_rate[2][k]) for k in ti.static(range(3))]
     for i in ti.static(range(8)):
-        place, motion = [0.0 * by_v[0] for _ in ti.static(range(3))], [0.0 * by_v[0] for _ in ti.static(range(3))]
-        for r in ti.static(range(3)):
-            motion[r] += c.panels.weights[g, i] * by_v[r]
-            for k in ti.static(range(3)):
-                place[r] += c.panels.slopes[g, 3 * i + k] * by_f[r][k]
-                motion[r] += c.panels.slopes[g, 3 * i + k] * by_rate[r][k]
-        node, one = c.cells.node[c.panels.cell[g], i], 0.0 * by_v[0] + 1.0
-        c.nodes_adjoint[0, c.w, node, X] += summed(one, place[0], place[1], place[2])
-        c.nodes_adjoint[0, c.w, node, V] += summed(one, motion[0], motion[1], motion[2])
+        node, side = c.cells.node[c.panels.cell[g], i], ti.static(SIDES[i])
+        c.nodes_adjoint[0, c.w, node, X] += side[0] * place[0] + side[1] * place[1] + side[2] * place[2]
+        moved = summed(c.panels.weights[g, i], by_v[0], by_v[1], by_v[2])
+        c.nodes_adjoint[0, c.w, node, V] += moved + side[0] * motion[0] + side[1] * motion[1] + side[2] * motion[2]
 
 
 @ti.func
@@ -182,10 +197,9 @@ def give_displaced(c: ti.template()):
 @ti.kernel
 def reverse_swimmer(
     state: Rows, nodes: Rows, body: Rows, plan: Scalars, dts: Scalars, constants: Scalars, terrain: Rows, node: Scalars,
-    particle: Scalars,
-    shape: Scalars, slopes: Wide, turned: Wide, masses: Wide, weights: Wide, law: Wide, inverse: Scalars,
-    displaced: Scalars, cell: Scalars, around: Scalars, panel_weights: Wide, panel_slopes: Wide, given: Wide,
-    bend: Rows, inverse_adjoint: Scalars, sums: Wide, displaced_adjoint: Scalars, adjoint: Rows, nodes_adjoint: Rows,
+    particle: Scalars, shape: Scalars, slopes: Wide, turned: Wide, masses: Wide, weights: Wide, law: Wide,
+    inverse: Scalars, displaced: Scalars, cell: Scalars, around: Scalars, panel_weights: Wide, given: Wide, bend: Rows,
+    inverse_adjoint: Scalars, sums: Wide, displaced_adjoint: Scalars, adjoint: Rows, nodes_adjoint: Rows,
     body_adjoint: Rows, variant: ti.template(),
 ):  # fmt: skip
     """As `rest_frame_adjoint.reverse_rest_frame`, in water."""
@@ -193,7 +207,7 @@ def reverse_swimmer(
     for w in range(nodes.shape[1]):
         scene = scene_constants(constants, SurfaceWater)
         cells = Cells(node, particle, shape, slopes, turned, masses, weights, law, inverse)
-        panels = Panels(cell, around, panel_weights, panel_slopes, given, bend)
+        panels = Panels(cell, around, panel_weights, given, bend)
         if plan[w, 1] > 0:
             load_cells(body, cells, scene, w)
             take_particles(adjoint, nodes_adjoint, cells, w)

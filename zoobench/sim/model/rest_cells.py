@@ -5,7 +5,7 @@ has that cell's eight nodes. A node has a copy for every connected part of the m
 gap are not welded together. Cells that a body fills in part have the points that it has there (de Vaucorbeil, Nguyen
 and Hutchinson 2020; with eight points a cell it is a finite element method on cut cells).
 
-Fewer than four particles do not hold the nodes of their cell, which would swing about them without resistance. They
+Fewer particles than a layer of the cell do not hold its nodes, which would swing about them without resistance. They
 join the cell beside them (aggregated unfitted finite elements; Badia, Verdugo and Martin 2018): they move with it, and
 are stretched as it is between its middle and the near face. Where no cell beside them has enough, as in spikes, weak
 points without mass at the empty sites hold its nodes (the fictitious material of the finite cell method; Parvizian,
@@ -16,6 +16,7 @@ bending as the matter in it does (`_bending_places`).
 """
 
 from dataclasses import dataclass
+from itertools import permutations
 from typing import cast
 
 import numpy as np
@@ -35,13 +36,16 @@ LANES = 8
 WEAKEST = -2
 """Number of particles from which on down a place is a weak point's."""
 
-_HOLDING = 4
-"""Particles that hold the nodes of a cell."""
-
 _CORNERS = np.stack(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), axis=-1).reshape(-1, 3)
 _HALF_THE_NEIGHBOURS = [step for step in np.ndindex(3, 3, 3) if step > (1, 1, 1)] - np.ones(3, np.int64)
 _OFF_SITE = 1e-3
 """How far from a lattice a site may lie [cubes]."""
+
+_ROUNDED = 2.0**-30
+"""To which places of strain are rounded, without an error of rounding in the mirror image [cells]."""
+
+_SMALL = 1e-12
+"""Against division by zero where a cell has one layer of particles [cells^2]."""
 
 Ints = NDArray[np.int32]
 
@@ -89,12 +93,12 @@ class RestCells:
         count, index = round(h / edge), cubes.astype(np.int64)  # cubes along the edge of a cell
         cells = index // count
         ids, keys = _split_nodes(index, cells)
-        ids, keys, cells = _joined(ids, keys, cells)
-        order, particles, few = _grouped(ids)
+        ids, keys, cells = _joined(ids, keys, cells, count**2)
+        order, particles, few = _grouped(ids, count**2)
         known = np.where(particles < 0, order[:, None], particles)  # lanes without a particle repeat the first
         at = (body.positions - low) / h - cells
         in_cell = ((index - cells * count + 0.5)[known] / count).clip(0.0, 1.0)
-        strained = _bending_places(at.clip(0.0, 1.0), ids, 1.0 / count, body.volumes)[known]
+        strained = _bending_places(body, at.clip(0.0, 1.0), ids, 1.0 / count)[known]
         for cell in np.flatnonzero(few):
             own = int((particles[cell] >= 0).sum())
             in_cell[cell, own:] = _empty_sites(in_cell[cell, :own])
@@ -154,23 +158,42 @@ def _split_nodes(cubes: NDArray[np.int64], cells: NDArray[np.int64]) -> tuple[ND
 
 
 def _joined(
-    ids: NDArray[np.int64], keys: NDArray[np.int64], cells: NDArray[np.int64]
+    ids: NDArray[np.int64], keys: NDArray[np.int64], cells: NDArray[np.int64], enough: int
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
     """Nodes `[particles, 8]`, their places and the cells of all particles, where those that are too few in their cell
     have joined that neighbour, of enough, with which they share most nodes; of two, that nearer to the middle, so that
-    what is symmetric stays so."""
+    what is symmetric stays so. Those by which neighbours hang together stay where they are."""
     groups, first, group, size = np.unique(ids, axis=0, return_index=True, return_inverse=True, return_counts=True)
     group, number = group.ravel(), np.arange(len(groups))
     has = coo_array((np.ones(groups.size), (number.repeat(8), groups.ravel())), shape=(len(groups), len(keys)))
-    shared = (has @ has.T).toarray() * (size >= _HOLDING)
+    common = (has @ has.T).toarray()
+    shared = common * (size >= enough)
     off = np.abs(2 * cells[first] - cells.min(axis=0) - cells.max(axis=0)) @ (1.0, 1.1, 1.2)
     shared -= np.where(shared > 0, off / (2 * off.max() + 1), 0.0)
-    host = np.where((size < _HOLDING) & (shared.max(axis=1) > 0), shared.argmax(axis=1), number)
+    host = np.where((size < enough) & (shared.max(axis=1) > 0), shared.argmax(axis=1), number)
+    while (linking := _linking(common, host != number)).any():
+        host[linking] = number[linking]
     used, ids = np.unique(ids[first[host[group]]], return_inverse=True)
     return ids.reshape(-1, 8), keys[used], cells[first[host[group]]]
 
 
-def _grouped(ids: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
+def _linking(common: Array, joins: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Cells without which others beside them hang together no more, or at nodes or edges alone, where faces held them.
+
+    Args:
+        common: number of nodes that two cells share `[cells, cells]`.
+        joins: which of them have joined others `[cells]`.
+    """
+    found, kept = np.zeros(len(joins), np.bool_), np.flatnonzero(~joins)
+    for least in (1, 4):
+        touches = common[:, kept] >= least
+        _, label = connected_components(csr_array(touches[kept]), directed=False)
+        low = np.where(touches, label, len(label)).min(axis=1)
+        found |= joins & (np.where(touches, label, -1).max(axis=1) > low)
+    return found
+
+
+def _grouped(ids: NDArray[np.int64], enough: int) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
     """Particles with the same nodes, up to eight together: one of each group, all of them, -1 for none, and whether too
     few particles share these nodes to hold them."""
     _, first, group, size = np.unique(ids, axis=0, return_index=True, return_inverse=True, return_counts=True)
@@ -180,40 +203,43 @@ def _grouped(ids: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int6
         rows.extend(members[k : k + LANES].tolist() for k in range(0, len(members), LANES))
     particles = np.array([row + [-1] * (LANES - len(row)) for row in rows])
     order = particles[:, 0]
-    return order, particles, size[group.ravel()][order] < _HOLDING
+    return order, particles, size[group.ravel()][order] < enough
 
 
-def _bending_places(at: Array, ids: NDArray[np.int64], edge: float, volumes: Array) -> Array:
+def _bending_places(body: ElasticBody, at: Array, ids: NDArray[np.int64], edge: float) -> Array:
     """Where the strain of each particle is taken, in its cell `[particles, 3]` [cells].
 
     A cell bends as u_a = a b, along a across b from its matter's middle. Its strain is b along a, and a shear of a,
-    which matter that bends has not. Let <a^2> be the mean square over the particles, and e the edge of a cube. In place
-    of Young's modulus times <b^2> + e^2 / 12, that of the whole cubes, the cell resists by the modulus of uniaxial
-    strain times <b^2>, and by that of shear times <a^2>. Particles that are drawn to the middle by s resist by s^2 of
-    it: s is such that no cell is stiffer in bending than its matter. Twist is resisted by s^2, too.
+    which matter that bends has not. It gives way along the third axis, c, by as much of u_c = c b as costs least. Let
+    <a^2> be the mean square over the particles, e the edge of a cube, and P the modulus of uniaxial strain. In place of
+    Young's modulus times <b^2> + e^2 / 12, that of whole cubes, the cell resists by
 
-    The moduli are those of Poisson's ratio 0.2, whatever the body's is: the nearer it is to 0.5, the more a cell gives
-    way to the side, and by the modulus of uniaxial strain, which has no bound, it would hardly resist at all.
+        P <b^2> - (lambda <b^2>)^2 / (P <b^2> + mu <c^2>) + mu <a^2>
+
+    Particles that are drawn to the middle by s resist by s^2 of it: s is such that no cell is stiffer in bending than
+    its matter. Twist is resisted by s^2, too.
 
     Args:
+        body: whose volumes and Poisson's ratio count.
         at: places of the particles in their cells `[particles, 3]` [cells].
         ids: the nodes of every particle `[particles, 8]`.
-        edge: of a cube [cells].
-        volumes: of the particles `[particles]`, in any unit.
+        edge: of a cube, filled or not: by what is in it alone, nodes beyond a thin layer would hardly be held [cells].
     """
-    mu, lam = lame_parameters(1.0, 0.2)
+    mu, lam = lame_parameters(1.0, body.material.poissons_ratio)
     _, group = np.unique(ids, axis=0, return_inverse=True)
-    group, volume = group.ravel(), volumes[:, None]
+    group, volume = group.ravel(), body.volumes[:, None]
     total = np.zeros((group.max() + 1, 7))
     np.add.at(total, group, volume * np.column_stack([np.ones(len(at)), at, at**2]))
     middle = total[:, 1:4] / total[:, :1]
     square = total[:, 4:] / total[:, :1] - middle**2
-    across, along = square[:, :, None], square[:, None, :]
-    ratio = (across + edge**2 / 12) / ((lam + 2.0 * mu) * across + mu * along + 1e-12)
-    ratio[:, range(3), range(3)] = 1.0  # of no pair
-    drawn = np.sqrt(ratio.min(axis=(1, 2)).clip(max=1.0))
+    drawn = np.ones(len(square))
+    for along, across, aside in permutations(range(3)):
+        stretched, sheared = (lam + 2.0 * mu) * square[:, across], mu * square
+        gives_way = (lam * square[:, across]) ** 2 / (stretched + sheared[:, aside] + _SMALL)
+        resists = stretched - gives_way + sheared[:, along]
+        drawn = np.minimum(drawn, np.sqrt((square[:, across] + edge**2 / 12) / (resists + _SMALL)))
     # rounded, so that what is symmetric stays so
-    found: Array = (middle[group] + drawn[group, None] * (at - middle[group])).round(9)
+    found: Array = np.round((middle[group] + drawn[group, None] * (at - middle[group])) / _ROUNDED) * _ROUNDED
     return found
 
 

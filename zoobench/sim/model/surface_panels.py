@@ -2,11 +2,14 @@
 
 A panel lies in the cell of the nearest particle, and moves as the cell's nodes have it. Eight panels of a cell are a
 group, the lanes of a vector. On relaxed matter water acts by the third power of its occupancy, as its stiffness does.
-Cells that weak points hold (`rest_cells`) have no panels, and no part in second derivatives: water would fling their
-nodes about, which have hardly any mass.
+
+Water would fling about nodes that have hardly any mass. So cells that weak points hold (`rest_cells`) have no panels,
+and no part in second derivatives; a node with little of its cell's matter has little part in the motion of a panel, and
+of the force on it; and second derivatives are those of the quadratic that fits the nodes by the matter that each has.
 """
 
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,11 +17,20 @@ from numpy.typing import NDArray
 from zoobench.arrays import Array
 from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.potential_flow import areas
-from zoobench.sim.model.rest_cells import LANES, WEAKEST, RestCells, gradients, trilinear
+from zoobench.sim.model.rest_cells import LANES, WEAKEST, RestCells, trilinear
 from zoobench.sim.model.surface_water import SurfaceWater
 
 _STEADY = 1e-5
 """Share by which a second derivative is held that the nodes around do not tell, as across a thin fin."""
+
+_LEAST = 1e-6
+"""Matter of a node that has none, by that of the fullest."""
+
+_LIGHT = 0.05
+"""Matter of a node that counts half, by that of the fullest of its cell."""
+
+_UNEQUAL = np.array([1.0, 1.0 - 1e-6, 1.0 - 2e-6])
+"""Weights of the axes, by which triangles that face two sides alike are told apart by more than rounding."""
 
 Ints = NDArray[np.int32]
 
@@ -30,7 +42,6 @@ class SurfacePanels:
     Attributes:
         cell: `[groups]` of the body's cells.
         weights: `[groups, 8, 8]` weight of each of the cell's nodes at each panel.
-        slopes: `[groups, 8, 3, 8]` gradient of each node's weight at each panel [1/m].
         given: `[groups, 8, 8]` properties of the panels, as `kernels.panel_forces` has them.
         around: `[groups, K]` nodes about the cell.
         bend: `[groups, K, 6]` their share in the second derivatives of place (xx yy zz yz xz xy) [1/m^2].
@@ -38,7 +49,6 @@ class SurfacePanels:
 
     cell: Ints
     weights: Array
-    slopes: Array
     given: Array
     around: Ints
     bend: Array
@@ -52,7 +62,7 @@ class SurfacePanels:
         cell, occupancy = _nearest_particles(body, cells, middles)
         vectors = areas(triangles) * occupancy[:, None] ** 3
         sizes = np.linalg.norm(vectors, axis=1)
-        side = np.abs(vectors).argmax(axis=1)
+        side = (np.abs(vectors) * _UNEQUAL).argmax(axis=1)
         facing = 2 * side + (vectors[np.arange(len(side)), side] > 0)
         low = cells.places[cells.nodes[:, 0]]
         at = ((middles - low[cell]) / grid_spacing).clip(0.0, 1.0)
@@ -75,11 +85,13 @@ class SurfacePanels:
         places, given = np.zeros((len(group), LANES, 3)), np.zeros((len(group), LANES, rows.shape[1]))
         used = lanes >= 0
         places[used], given[used] = (sums[:, 6:] / wetted[:, None])[lanes[used]], rows[lanes[used]]
-        around, bend = _second_derivatives(cells.nodes[_held(cells)], cells, group)
+        matter = _matter(body, cells)
+        own = matter[cells.nodes[group]]
+        weights = trilinear(places) * (own / (own + _LIGHT * own.max(axis=1, keepdims=True)))[..., None]
+        around, bend = _second_derivatives(matter, cells, group)
         return cls(
             cell=group.astype(np.int32),
-            weights=trilinear(places) * used[:, None],
-            slopes=gradients(places, grid_spacing) * used[:, None, None],
+            weights=weights / weights.sum(axis=1, keepdims=True) * used[:, None],
             given=given.transpose(0, 2, 1),
             around=around,
             bend=bend,
@@ -119,9 +131,18 @@ def _in_groups(owner: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.
     return np.array(groups), np.array(lanes)
 
 
-def _second_derivatives(held: Ints, cells: RestCells, group: NDArray[np.int64]) -> tuple[Ints, Array]:
-    """Nodes of held cells `[held, 8]` about the cell of each group, and their shares in the second derivatives, by a
-    fitted quadratic."""
+def _matter(body: ElasticBody, cells: RestCells) -> Array:
+    """Volume of matter that each node has, by that of the fullest `[nodes]`; little even where there is none."""
+    volumes = (body.volumes * body.occupancy)[cells.particles.clip(0)] * (cells.particles >= 0)
+    found = np.zeros(len(cells.places))
+    np.add.at(found, cells.nodes, np.einsum("cil,cl->ci", cells.masses[cells.shape], volumes))
+    return cast("Array", found / found.max() + _LEAST)
+
+
+def _second_derivatives(matter: Array, cells: RestCells, group: NDArray[np.int64]) -> tuple[Ints, Array]:
+    """Nodes of held cells about the cell of each group, and their shares in the second derivatives, by a quadratic that
+    is fitted by the matter of each `[nodes]`."""
+    held = cells.nodes[_held(cells)]
     of_node: dict[int, list[int]] = {}
     for number, nodes in enumerate(held.tolist()):
         for node in nodes:
@@ -130,7 +151,8 @@ def _second_derivatives(held: Ints, cells: RestCells, group: NDArray[np.int64]) 
     for cell in np.unique(group).tolist():
         near = sorted({number for node in cells.nodes[cell].tolist() for number in of_node[node]})
         nodes = np.unique(held[near])
-        kept[cell] = nodes, _fitted(cells.places[nodes] - cells.places[cells.nodes[cell]].mean(axis=0))
+        away = cells.places[nodes] - cells.places[cells.nodes[cell]].mean(axis=0)
+        kept[cell] = nodes, _fitted(away, matter[nodes])
     most = max(len(nodes) for nodes, _ in kept.values())
     around, bend = np.zeros((len(group), most), np.int32), np.zeros((len(group), most, 6))
     for row, cell in enumerate(group.tolist()):
@@ -140,14 +162,14 @@ def _second_derivatives(held: Ints, cells: RestCells, group: NDArray[np.int64]) 
     return around, bend
 
 
-def _fitted(away: Array) -> Array:
+def _fitted(away: Array, weights: Array) -> Array:
     """Shares `[n, 6]` [1/m^2] of values at places `[n, 3]` [m] in the second derivatives of the quadratic that fits
-    them best. What they do not tell is zero."""
-    scale = np.abs(away).max()
+    them best by their weights `[n]`. What they do not tell is zero."""
+    scale, by = np.abs(away).max(), weights[:, None]
     x, y, z = (away / scale).T
     quadratic = np.stack([0.5 * x * x, 0.5 * y * y, 0.5 * z * z, y * z, x * z, x * y], axis=1)
     linear = np.stack([np.ones(len(x)), x, y, z], axis=1)
-    rest = quadratic - linear @ np.linalg.lstsq(linear, quadratic, rcond=None)[0]
-    held = rest.T @ rest + _STEADY * len(x) * np.eye(6)
-    found: Array = rest @ np.linalg.inv(held) / scale**2
+    rest = quadratic - linear @ np.linalg.solve(linear.T @ (by * linear), (by * linear).T @ quadratic)
+    held = rest.T @ (by * rest) + _STEADY * weights.sum() * np.eye(6)
+    found: Array = by * rest @ np.linalg.inv(held) / scale**2
     return found
