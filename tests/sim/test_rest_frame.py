@@ -27,7 +27,7 @@ def _steady(scene: Scene, precision: int = 64) -> Fidelity:
 def _momenta(solver: Solver) -> tuple[Array, Array]:
     """Linear and angular momentum of the first world's nodes, whose masses the last launch left behind."""
     nodes = solver.matter.nodes[0, 0].numpy()
-    inverse = solver.launcher._tables[-1].numpy()  # type: ignore[attr-defined]
+    inverse = solver.launcher._tables[-1][0].numpy()  # type: ignore[attr-defined]
     mass = np.divide(1.0, inverse, out=np.zeros_like(inverse), where=inverse > 0)
     x, v = nodes[:, 0, :3], nodes[:, 1, :3]
     return mass @ v, mass @ np.cross(x, v)
@@ -228,6 +228,16 @@ def test_the_step_is_safe_in_deep_compression() -> None:
     assert not rollout.divergences
     assert rollout.smallest_j[0] < 0.5
     assert rollout.counts.max() > rollout.counts[0, 0]
+
+
+@pytest.mark.slow  # its kernel takes eight seconds
+def test_worlds_at_once_are_those_in_turn() -> None:
+    """A thread for each world, as on a GPU, has the path and the gradient of one thread for all, bit for bit."""
+    (_, serial, gradient), (_, parallel, other) = (
+        scenes.episode(_terrain_scene(), 4, LAGRANGIAN, worlds=3, parallel=parallel) for parallel in (False, True)
+    )
+    assert np.array_equal(parallel.positions, serial.positions)
+    assert scenes.same(gradient, other)
 
 
 @pytest.mark.slow

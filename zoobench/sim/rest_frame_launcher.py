@@ -1,5 +1,6 @@
 """Launches of the kernels of a robot in its rest frame, see `kernels.rest_frame`."""
 
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -21,10 +22,11 @@ from zoobench.sim.model.tensors import lazy_zeros, put
 
 
 class RestFrameLauncher(Launcher):
-    """A `Launcher` of a robot in its rest frame, on firm ground or in free flight, on one thread.
+    """A `Launcher` of a robot in its rest frame, on firm ground or in free flight, with a thread for each world where
+    all run at once.
 
     Raises:
-        UsageError: matter surrounds the robot, all worlds were to run at once, or the robot is of no lattice.
+        UsageError: matter surrounds the robot, it is held, or it is of no lattice.
     """
 
     def __init__(
@@ -39,11 +41,8 @@ class RestFrameLauncher(Launcher):
             raise UsageError(
                 "A robot in its rest frame (robot=lagrangian) cannot be held. Choose another design, or robot=mpm."
             )
-        if parallel:
-            raise UsageError(
-                "A robot in its rest frame (robot=lagrangian) is simulated on one thread. Leave parallel out."
-            )
-        super().__init__(scene, fidelity, worlds, real, device, parallel)
+        super().__init__(scene, fidelity, worlds, real, device, parallel=False)
+        self.variant = replace(self.variant, at_once=parallel)
         self._advance = Launch(rest_frame.advance_rest_frame, optimised=True)
         self._reverse = Launch(rest_frame_adjoint.reverse_rest_frame, optimised=True)
         self._survey = Launch(rest_frame.survey_rest_frame, optimised=True)
@@ -70,10 +69,10 @@ class RestFrameLauncher(Launcher):
 
     def add_deformation(self, adjoint: Matter, by_deformation: Tensor) -> None:
         """As `Launcher.add_deformation`: F follows from the places of the nodes."""
-        given = by_deformation.numpy().transpose(0, 1, 3, 2)  # by particle, column and row
+        given = by_deformation.cpu().numpy().transpose(0, 1, 3, 2)  # by particle, column and row
         for world, columns in enumerate(given):
             places = self._deformation_map @ columns.reshape(-1, 3)
-            adjoint.nodes[0, world, :, 0, :3] += torch.as_tensor(places, dtype=self._real)
+            adjoint.nodes[0, world, :, 0, :3] += torch.as_tensor(places, dtype=self._real, device=self._device)
 
     @cached_property
     def _deformation_map(self) -> csr_array:
@@ -113,8 +112,9 @@ class RestFrameLauncher(Launcher):
         self.launches["survey"] += 1
         variant = self.variant
         self._survey(
-            matter.state, parameters.body, self.constants, alive, report, culprit, variant.skin, variant.ground
-        )
+            matter.state, parameters.body, self.constants, alive, report, culprit, variant.skin, variant.ground,
+            variant.at_once,
+        )  # fmt: skip
 
     def _arrays(self, matter: Matter, parameters: Parameters, plan: LaunchPlan) -> tuple[Tensor, ...]:
         return (
@@ -122,19 +122,23 @@ class RestFrameLauncher(Launcher):
         )  # fmt: skip
 
     def _tensors(self, cells: RestCells) -> tuple[Tensor, ...]:
-        """The cells as the kernels take them, and memory for values gathered from the particles of a world."""
+        """The cells as the kernels take them, and memory for values gathered from the particles of the worlds."""
         count, shapes = len(cells.nodes), len(cells.slopes)
         turned = cells.slopes.transpose(0, 3, 2, 1).reshape(shapes, 3 * LANES, LANES)  # by lane and axis
-        room, nodes = self._wide(np.zeros((count, 7, LANES))), len(cells.places)
-        self._room: tuple[Tensor, ...] = (
-            lazy_zeros((nodes,), self._real, self._device),
-            self._wide(np.zeros((count, 6, LANES))),
-        )
+        self._room: tuple[Tensor, ...] = self._of_nodes(), self._of_worlds(count, 6, LANES)
         return (
-            *(torch.as_tensor(each) for each in (cells.nodes, cells.particles, cells.shape)),
+            *(torch.as_tensor(each, device=self._device) for each in (cells.nodes, cells.particles, cells.shape)),
             self._wide(cells.slopes.reshape(shapes, 3 * LANES, LANES)), self._wide(turned),
-            self._wide(cells.masses), self._wide(cells.weights), room, lazy_zeros((nodes,), self._real, self._device),
+            self._wide(cells.masses), self._wide(cells.weights), self._of_worlds(count, 7, LANES), self._of_nodes(),
         )  # fmt: skip
+
+    def _of_worlds(self, *shape: int) -> Tensor:
+        """Zeros `[worlds, *shape]`."""
+        return lazy_zeros((self._worlds, *shape), self._real, self._device)
+
+    def _of_nodes(self) -> Tensor:
+        """Zeros `[worlds, nodes]`."""
+        return self._of_worlds(self.robot_nodes)
 
     def _wide(self, values: Array) -> Tensor:
         """Values in memory that is aligned for rows of eight lanes."""

@@ -13,7 +13,7 @@ from zoobench.sim.rest_frame_launcher import RestFrameLauncher
 
 
 class SurfaceWaterLauncher(RestFrameLauncher):
-    """A `Launcher` of a robot in its rest frame in water by forces on its surface, on one thread.
+    """A `Launcher` of a robot in its rest frame in water by forces on its surface.
 
     Raises:
         UsageError: the robot is not to be simulated in its rest frame, or as of `RestFrameLauncher`.
@@ -36,9 +36,8 @@ class SurfaceWaterLauncher(RestFrameLauncher):
         count = len(panels.cell)
         bend = lazy_zeros((count, 2 * panels.around.shape[1], 4), real, device)
         put(bend[..., :3], panels.bend.reshape(count, -1, 3))
-        displaced, displaced_adjoint = (lazy_zeros((self.robot_nodes,), real, device) for _ in range(2))
         self._tables = (
-            *self._tables, displaced, torch.as_tensor(panels.cell), torch.as_tensor(panels.around),
-            self._wide(panels.weights), self._wide(panels.given), bend,
+            *self._tables, self._of_nodes(), torch.as_tensor(panels.cell, device=device),
+            torch.as_tensor(panels.around, device=device), self._wide(panels.weights), self._wide(panels.given), bend,
         )  # fmt: skip
-        self._room = (*self._room, displaced_adjoint)
+        self._room = (*self._room, self._of_nodes())

@@ -90,6 +90,7 @@ class Variant:
         objects: number of elastic bodies beside the robot, each with nodes of its own.
         anchors: whether the robot, and each object, is anchored; empty where none is.
         driven: whether particles of the robot are, see `anchors`.
+        at_once: whether each world has a thread of its own, where a kernel visits a world by one (`rest_frame`).
     """
 
     muscle: bool
@@ -107,6 +108,7 @@ class Variant:
     objects: int = 0
     anchors: tuple[bool, ...] = ()
     driven: bool = False
+    at_once: bool = False
 
     def uses(self, transfer: int) -> bool:
         """Whether any matter that is visited has this transfer."""

@@ -217,22 +217,22 @@ def summed(share, a, b, d):
 @ti.func
 def load_displaced(body: ti.template(), c: ti.template()):
     """Fill `displaced` with the volumes at the nodes of a world [m^3]."""
-    for n in range(c.displaced.shape[0]):
-        c.displaced[n] = 0.0 * c.scene.spacing
+    for n in range(c.displaced.shape[1]):
+        c.displaced[c.w, n] = 0.0 * c.scene.spacing
     for cell in range(c.cells.node.shape[0]):
         for lane in ti.static(range(LANES)):
             p = c.cells.particle[cell, lane]
             if p >= 0:
                 for i in ti.static(range(8)):
                     share = c.cells.masses[c.cells.shape[cell], i][lane]
-                    c.displaced[c.cells.node[cell, i]] += body[c.w, p, 0][VOLUME] * share
+                    c.displaced[c.w, c.cells.node[cell, i]] += body[c.w, p, 0][VOLUME] * share
 
 
 @ti.func
 def resistance(c: ti.template(), n):
     """The inverse of a node's matrix K: (xx yy zz 0) and (yz xz xy 0) [1/kg]."""
     diagonal, shear = c.own_nodes[c.s, c.w, n, ADDED], c.own_nodes[c.s, c.w, n, ADDED_SHEAR]
-    mass = 1.0 / c.cells.inverse[n]
+    mass = 1.0 / c.cells.inverse[c.w, n]
     xx, yy, zz = diagonal[0] + mass, diagonal[1] + mass, diagonal[2] + mass
     yz, xz, xy = shear[0], shear[1], shear[2]
     a, b, d = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
@@ -266,7 +266,7 @@ def gravity_of(c: ti.template()):
 @ti.func
 def gained(c: ti.template(), n):
     """A node's gain of velocity in a substep, by its force, and by its weight less that of the water it displaces."""
-    weight = 1.0 / c.cells.inverse[n] - c.scene.medium.density * c.displaced[n]
+    weight = 1.0 / c.cells.inverse[c.w, n] - c.scene.medium.density * c.displaced[c.w, n]
     force = c.own_nodes[c.s, c.w, n, FORCE] + weight * gravity_of(c)
     return c.dt * applied(resistance(c, n), force)
 
@@ -275,7 +275,7 @@ def gained(c: ti.template(), n):
 def find_wet_forces(c: ti.template()):
     """FORCE and ADDED of all nodes of a world at slot s."""
     find_forces(c)
-    for n in range(c.cells.inverse.shape[0]):
+    for n in range(c.cells.inverse.shape[1]):
         c.own_nodes[c.s, c.w, n, ADDED] = zero_lanes()
         c.own_nodes[c.s, c.w, n, ADDED_SHEAR] = zero_lanes()
     for g in range(c.panels.cell.shape[0]):
@@ -290,7 +290,7 @@ def advance_swimmer(
     stride: int, variant: ti.template(),
 ):  # fmt: skip
     """As `rest_frame.advance_rest_frame`, in water, which is over no terrain."""
-    ti.loop_config(serialize=True)
+    ti.loop_config(serialize=not variant.at_once)
     for w in range(state.shape[1]):
         scene = scene_constants(constants, SurfaceWater)
         cells = Cells(node, particle, shape, slopes, turned, masses, weights, law, inverse)
@@ -306,9 +306,9 @@ def advance_swimmer(
                     w=w, s=s,
                 )  # fmt: skip
                 find_wet_forces(c)
-                for n in range(inverse.shape[0]):
+                for n in range(inverse.shape[1]):
                     v = nodes[s, w, n, V]
-                    if inverse[n] > 0.0:
+                    if inverse[w, n] > 0.0:
                         v += gained(c, n)
                         nodes[t, w, n, X] = nodes[s, w, n, X] + dts[w] * v
                     else:

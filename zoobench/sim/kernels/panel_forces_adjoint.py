@@ -1,7 +1,7 @@
 """The adjoint of the substep of a robot in water by forces on its surface, see `panel_forces`.
 
 nodes_adjoint       [1, worlds, nodes, 6] adjoints of X and V of the nodes; those of FORCE and ADDED within a substep
-displaced_adjoint   [nodes] of the displaced volumes of a world
+displaced_adjoint   [worlds, nodes] of the displaced volumes
 """
 
 import taichi as ti
@@ -41,10 +41,10 @@ from zoobench.sim.model.surface_water import SurfaceWater
 @ti.func
 def gained_adjoint(c: ti.template()):
     """Adjoint of `panel_forces.gained` and of the step of the places, of all nodes of mass: K (v' - v) = dt force."""
-    for n in range(c.cells.inverse.shape[0]):
+    for n in range(c.cells.inverse.shape[1]):
         for row in ti.static((FORCE, LAYER_FORCE, ADDED, ADDED_SHEAR)):
             c.nodes_adjoint[0, c.w, n, row] = zero_lanes()
-        if c.cells.inverse[n] > 0.0:
+        if c.cells.inverse[c.w, n] > 0.0:
             given = c.nodes_adjoint[0, c.w, n, V] + c.dt * c.nodes_adjoint[0, c.w, n, X]
             gain, held = gained(c, n), applied(resistance(c, n), given)
             c.nodes_adjoint[0, c.w, n, V] = given
@@ -62,9 +62,9 @@ def gained_adjoint(c: ti.template()):
             )
             by_weight = c.dt * dot(gravity_of(c), held)
             by_mass = by_weight - dot(held, gain)
-            mass = 1.0 / c.cells.inverse[n]
-            c.inverse_adjoint[n] += (0.0 - by_mass) * mass * mass
-            c.displaced_adjoint[n] += (0.0 - c.scene.medium.density) * by_weight
+            mass = 1.0 / c.cells.inverse[c.w, n]
+            c.inverse_adjoint[c.w, n] += (0.0 - by_mass) * mass * mass
+            c.displaced_adjoint[c.w, n] += (0.0 - c.scene.medium.density) * by_weight
 
 
 @ti.func
@@ -187,7 +187,7 @@ def give_displaced(c: ti.template()):
     for cell in range(c.cells.node.shape[0]):
         found = lanes_of(0.0 * c.scene.spacing)
         for i in ti.static(range(8)):
-            found += c.displaced_adjoint[c.cells.node[cell, i]] * c.cells.masses[c.cells.shape[cell], i]
+            found += c.displaced_adjoint[c.w, c.cells.node[cell, i]] * c.cells.masses[c.cells.shape[cell], i]
         for lane in ti.static(range(LANES)):
             p = c.cells.particle[cell, lane]
             if p >= 0:
@@ -203,7 +203,7 @@ def reverse_swimmer(
     body_adjoint: Rows, variant: ti.template(),
 ):  # fmt: skip
     """As `rest_frame_adjoint.reverse_rest_frame`, in water."""
-    ti.loop_config(serialize=True)
+    ti.loop_config(serialize=not variant.at_once)
     for w in range(nodes.shape[1]):
         scene = scene_constants(constants, SurfaceWater)
         cells = Cells(node, particle, shape, slopes, turned, masses, weights, law, inverse)
@@ -217,12 +217,12 @@ def reverse_swimmer(
                 body_adjoint=body_adjoint, sums=sums,
             )  # fmt: skip
             load_displaced(body, every)
-            for n in range(inverse.shape[0]):
-                inverse_adjoint[n] = 0.0 * scene.spacing
-                displaced_adjoint[n] = 0.0 * scene.spacing
+            for n in range(inverse.shape[1]):
+                inverse_adjoint[w, n] = 0.0 * scene.spacing
+                displaced_adjoint[w, n] = 0.0 * scene.spacing
             for k in range(node.shape[0]):
                 for row in ti.static(range(6)):
-                    sums[k, row] = lanes_of(0.0 * scene.spacing)
+                    sums[w, k, row] = lanes_of(0.0 * scene.spacing)
             for m in range(plan[w, 1]):
                 c = every.but(dt=dts[w], s=plan[w, 0] + plan[w, 1] - 1 - m)
                 gained_adjoint(c)

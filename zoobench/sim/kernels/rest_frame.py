@@ -1,4 +1,4 @@
-"""The substep of a robot in its rest frame (total Lagrangian), for one thread.
+"""The substep of a robot in its rest frame (total Lagrangian), a thread for each world.
 
 Nodes of the body's own grid (`model.rest_cells`) carry place and velocity. With the constant gradients g of their
 weights, the deformation gradient at a particle is F = sum x g and its rate R = sum v g. With H = F^-T and L = R F^-1
@@ -13,8 +13,8 @@ The eight particles of a cell are the lanes of a vector (`wide`), in which matri
 over them with the nodes in the lanes.
 
     nodes    [slots, worlds, nodes, 4] rows of a node: X, V and what the substep from this slot found, FORCE and PUSH
-    law      [cells, 7] of the lanes of a cell, rows below; of the world that is simulated
-    inverse  [nodes] one over the mass of the nodes of that world [1/kg], 0 without any
+    law      [worlds, cells, 7] of the lanes of a cell, rows below
+    inverse  [worlds, nodes] one over the mass of the nodes [1/kg], 0 without any
 """
 
 import taichi as ti
@@ -96,8 +96,8 @@ def log_lanes(a):
 @ti.func
 def load_cells(body: ti.template(), cells: ti.template(), scene: ti.template(), w):
     """Fill `law` and `inverse` from the particles of a world."""
-    for n in range(cells.inverse.shape[0]):
-        cells.inverse[n] = 0.0 * scene.spacing
+    for n in range(cells.inverse.shape[1]):
+        cells.inverse[w, n] = 0.0 * scene.spacing
     for c in range(cells.node.shape[0]):
         rows = [lanes_of(0.0 * scene.spacing) for _ in ti.static(range(7))]
         for lane in ti.static(range(LANES)):
@@ -113,12 +113,12 @@ def load_cells(body: ti.template(), cells: ti.template(), scene: ti.template(), 
                 for d in ti.static(range(3)):
                     rows[OF_FIBRE + d][lane] = fibre[d]
                 for i in ti.static(range(8)):
-                    cells.inverse[cells.node[c, i]] += q[MASS] * cells.masses[cells.shape[c], i][lane]
+                    cells.inverse[w, cells.node[c, i]] += q[MASS] * cells.masses[cells.shape[c], i][lane]
         for k in ti.static(range(7)):
-            cells.law[c, k] = rows[k]
-    for n in range(cells.inverse.shape[0]):
-        if cells.inverse[n] > 0.0:
-            cells.inverse[n] = 1.0 / cells.inverse[n]
+            cells.law[w, c, k] = rows[k]
+    for n in range(cells.inverse.shape[1]):
+        if cells.inverse[w, n] > 0.0:
+            cells.inverse[w, n] = 1.0 / cells.inverse[w, n]
 
 
 @ti.func
@@ -150,9 +150,9 @@ def inverse_transposed(a: ti.template()):
 
 
 @ti.func
-def spherical(law: ti.template(), c, j):
+def spherical(law: ti.template(), w, c, j):
     """(lambda log J - mu), the spherical stress."""
-    return law[c, OF_LAM] * log_lanes(ti.max(j, SMALLEST_J)) - law[c, OF_MU]
+    return law[w, c, OF_LAM] * log_lanes(ti.max(j, SMALLEST_J)) - law[w, c, OF_MU]
 
 
 @ti.func
@@ -177,10 +177,10 @@ def product_transposed(a: ti.template(), b: ti.template()):
 
 
 @ti.func
-def along_fibre(a: ti.template(), law: ti.template(), c):
+def along_fibre(a: ti.template(), law: ti.template(), w, c):
     """a d, of the fibres d."""
     return [
-        a[r][0] * law[c, OF_FIBRE] + a[r][1] * law[c, OF_FIBRE + 1] + a[r][2] * law[c, OF_FIBRE + 2]
+        a[r][0] * law[w, c, OF_FIBRE] + a[r][1] * law[w, c, OF_FIBRE + 1] + a[r][2] * law[w, c, OF_FIBRE + 2]
         for r in ti.static(range(3))
     ]
 
@@ -227,7 +227,7 @@ def push_cell(c: ti.template(), cell):
                 below = ground_below(c, place_of(c.own_nodes, c.cells, c.s, c.w, cell, lane, X))
                 if below.gap < c.scene.skin_thickness + 0.5 * c.scene.edge:
                     force, _rate = layer_force(below.gap, c.scene.edge, c.scene)
-                    given = (c.cells.law[cell, OF_VOLUME][lane] * force) * below.normal
+                    given = (c.cells.law[c.w, cell, OF_VOLUME][lane] * force) * below.normal
                     for i in ti.static(range(8)):
                         share = c.cells.weights[cell, i][lane]
                         c.own_nodes[c.s, c.w, c.cells.node[cell, i], LAYER_FORCE] += share * given
@@ -236,14 +236,14 @@ def push_cell(c: ti.template(), cell):
 @ti.func
 def find_forces(c: ti.template()):
     """FORCE and PUSH of all nodes of a world at slot s."""
-    for n in range(c.cells.inverse.shape[0]):
+    for n in range(c.cells.inverse.shape[1]):
         c.own_nodes[c.s, c.w, n, FORCE] = zero_lanes()
         c.own_nodes[c.s, c.w, n, LAYER_FORCE] = zero_lanes()
     for cell in range(c.cells.node.shape[0]):
         deformation = slope(c.own_nodes, c.cells, c.s, c.w, cell, X)
         h, j = inverse_transposed(deformation)
-        iso = spherical(c.cells.law, cell, j)
-        p = [[iso * h[r][k] + c.cells.law[cell, OF_MU] * deformation[r][k] for k in ti.static(range(3))]
+        iso = spherical(c.cells.law, c.w, cell, j)
+        p = [[iso * h[r][k] + c.cells.law[c.w, cell, OF_MU] * deformation[r][k] for k in ti.static(range(3))]
              for r in ti.static(range(3))]  # fmt: skip
         if ti.static(c.variant.damping):
             more = product(viscous_stress(slope(c.own_nodes, c.cells, c.s, c.w, cell, V), h, c.scene.eta), h)
@@ -251,13 +251,13 @@ def find_forces(c: ti.template()):
                 for k in ti.static(range(3)):
                     p[r][k] += more[r][k]
         if ti.static(c.variant.muscle):
-            stretched = along_fibre(deformation, c.cells.law, cell)
+            stretched = along_fibre(deformation, c.cells.law, c.w, cell)
             for r in ti.static(range(3)):
                 for k in ti.static(range(3)):
-                    p[r][k] += c.cells.law[cell, OF_TENSION] * stretched[r] * c.cells.law[cell, OF_FIBRE + k]
+                    p[r][k] += c.cells.law[c.w, cell, OF_TENSION] * stretched[r] * c.cells.law[c.w, cell, OF_FIBRE + k]
         for r in ti.static(range(3)):
             for k in ti.static(range(3)):
-                p[r][k] *= -1.0 * c.cells.law[cell, OF_VOLUME]
+                p[r][k] *= -1.0 * c.cells.law[c.w, cell, OF_VOLUME]
         add_to_nodes(c.own_nodes, c.s, c.w, FORCE, c.cells, cell, p)
         if ti.static(c.variant.skin):
             push_cell(c, cell)
@@ -266,7 +266,7 @@ def find_forces(c: ti.template()):
 @ti.func
 def moved(c: ti.template(), n):
     """A node's velocity after the forces, before and after friction, and the change by the ground's skin."""
-    inverse = c.cells.inverse[n]
+    inverse = c.cells.inverse[c.w, n]
     a = c.dt * inverse * c.own_nodes[c.s, c.w, n, LAYER_FORCE]
     gravity = ti.Vector([c.scene.g_x, c.scene.g_y, c.scene.g_z, 0.0])
     before = c.own_nodes[c.s, c.w, n, V] + c.dt * inverse * c.own_nodes[c.s, c.w, n, FORCE] + c.dt * gravity + a
@@ -301,7 +301,7 @@ def advance_rest_frame(
 ):  # fmt: skip
     """The planned substeps of every world, each result `stride` slots further (0: in place). Particles are written in
     the last slot alone."""
-    ti.loop_config(serialize=True)
+    ti.loop_config(serialize=not variant.at_once)
     for w in range(state.shape[1]):
         scene = scene_constants(constants)
         cells = Cells(node, particle, shape, slopes, turned, masses, weights, law, inverse)
@@ -314,8 +314,8 @@ def advance_rest_frame(
                     variant, own_nodes=nodes, cells=cells, scene=scene, terrain=terrain, dt=dts[w], w=w, s=s
                 )  # fmt: skip
                 find_forces(c)
-                for n in range(inverse.shape[0]):
-                    if inverse[n] > 0.0:
+                for n in range(inverse.shape[1]):
+                    if inverse[w, n] > 0.0:
                         _before, v, _a = moved(c, n)
                         nodes[t, w, n, X] = nodes[s, w, n, X] + dts[w] * v
                         nodes[t, w, n, V] = v
@@ -328,7 +328,7 @@ def advance_rest_frame(
 @ti.kernel
 def survey_rest_frame(
     state: Rows, body: Rows, constants: Scalars, alive: Scalars, report: Scalars, culprit: Scalars,
-    skin: ti.template(), ground_kind: ti.template(),
+    skin: ti.template(), ground_kind: ti.template(), at_once: ti.template(),
 ):  # fmt: skip
     """Fill the `report` of every world alive with the `step_limits.Condition` of its robot, as `survey.survey` does.
 
@@ -336,7 +336,7 @@ def survey_rest_frame(
     viscosity likewise. There is no velocity gradient of the grid, and no wall: where a terrain ends the robot is beyond
     the arena, on level ground nowhere.
     """
-    ti.loop_config(serialize=True)
+    ti.loop_config(serialize=not at_once)
     for w in range(state.shape[1]):
         scene = scene_constants(constants)
         zero = 0.0 * scene.spacing

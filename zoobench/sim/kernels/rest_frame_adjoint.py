@@ -2,8 +2,8 @@
 
 adjoint        [1, worlds, particles] rows of the particles, of which X and V pass on to the nodes
 nodes_adjoint  [1, worlds, nodes, 4] adjoints of X and V of the nodes; those of FORCE and PUSH within a substep
-inverse_adjoint  [nodes] of the inverse masses of a world
-sums           [cells, 6] adjoints of volume, stiffness, tension and fibre of a world's particles
+inverse_adjoint  [worlds, nodes] of the inverse masses
+sums           [worlds, cells, 6] adjoints of volume, stiffness, tension and fibre of the particles
 """
 
 import taichi as ti
@@ -64,8 +64,8 @@ def take_particles(adjoint: ti.template(), nodes_adjoint: ti.template(), cells: 
 @ti.func
 def moved_adjoint(c: ti.template()):
     """Adjoint of `rest_frame.moved` and of the step of the places, of all nodes of mass."""
-    for n in range(c.cells.inverse.shape[0]):
-        inverse = c.cells.inverse[n]
+    for n in range(c.cells.inverse.shape[1]):
+        inverse = c.cells.inverse[c.w, n]
         if inverse > 0.0:
             before, _v, a = moved(c, n)
             given = c.nodes_adjoint[0, c.w, n, V] + c.dt * c.nodes_adjoint[0, c.w, n, X]
@@ -75,7 +75,7 @@ def moved_adjoint(c: ti.template()):
             c.nodes_adjoint[0, c.w, n, FORCE] = c.dt * inverse * by_before
             c.nodes_adjoint[0, c.w, n, LAYER_FORCE] = c.dt * inverse * pushed
             force, push = c.own_nodes[c.s, c.w, n, FORCE], c.own_nodes[c.s, c.w, n, LAYER_FORCE]
-            c.inverse_adjoint[n] += c.dt * (dot(force, by_before) + dot(push, pushed))
+            c.inverse_adjoint[c.w, n] += c.dt * (dot(force, by_before) + dot(push, pushed))
         else:
             c.nodes_adjoint[0, c.w, n, FORCE] = zero_lanes()
             c.nodes_adjoint[0, c.w, n, LAYER_FORCE] = zero_lanes()
@@ -88,13 +88,13 @@ def stress_adjoint(c: ti.template(), cell):
     law = ti.static(c.cells.law)
     deformation = slope(c.own_nodes, c.cells, c.s, c.w, cell, X)
     h, j = inverse_transposed(deformation)
-    iso, log_j = spherical(law, cell, j), log_lanes(ti.max(j, SMALLEST_J))
+    iso, log_j = spherical(law, c.w, cell, j), log_lanes(ti.max(j, SMALLEST_J))
     # of P: the nodes take -V P g
     by_p = slope(c.nodes_adjoint, c.cells, 0, c.w, cell, FORCE)
-    stress = [[iso * h[r][k] + law[cell, OF_MU] * deformation[r][k] for k in ti.static(range(3))]
+    stress = [[iso * h[r][k] + law[c.w, cell, OF_MU] * deformation[r][k] for k in ti.static(range(3))]
               for r in ti.static(range(3))]  # fmt: skip
     by_stiffness, by_volume, by_tension = 0.0 * iso, 0.0 * iso, 0.0 * iso
-    scaled = [[-1.0 * law[cell, OF_VOLUME] * by_p[r][k] for k in ti.static(range(3))] for r in ti.static(range(3))]
+    scaled = [[-1.0 * law[c.w, cell, OF_VOLUME] * by_p[r][k] for k in ti.static(range(3))] for r in ti.static(range(3))]
     for r in ti.static(range(3)):
         for k in ti.static(range(3)):
             unit = c.scene.mu * deformation[r][k] + (c.scene.lam * log_j - c.scene.mu) * h[r][k]
@@ -113,29 +113,32 @@ def stress_adjoint(c: ti.template(), cell):
                 stress[r][k] += inner[r][k]
                 by_h[r][k] += turned[r][k] + more[r][k]
         add_to_nodes(c.nodes_adjoint, 0, c.w, V, c.cells, cell, by_rate)
-    by_log = law[cell, OF_LAM] * (by_inner[0][0] + by_inner[1][1] + by_inner[2][2])
+    by_log = law[c.w, cell, OF_LAM] * (by_inner[0][0] + by_inner[1][1] + by_inner[2][2])
     folded = [[by_h[0][r] * h[0][k] + by_h[1][r] * h[1][k] + by_h[2][r] * h[2][k] for k in ti.static(range(3))]
               for r in ti.static(range(3))]  # fmt: skip
     back = product(h, folded)
-    by_deformation = [[law[cell, OF_MU] * scaled[r][k] + by_log * h[r][k] - back[r][k] for k in ti.static(range(3))]
+    mu = law[c.w, cell, OF_MU]
+    by_deformation = [[mu * scaled[r][k] + by_log * h[r][k] - back[r][k] for k in ti.static(range(3))]
                       for r in ti.static(range(3))]  # fmt: skip
     if ti.static(c.variant.muscle):
-        stretched, pulled = along_fibre(deformation, law, cell), along_fibre(scaled, law, cell)
+        stretched, pulled = along_fibre(deformation, law, c.w, cell), along_fibre(scaled, law, c.w, cell)
         by_fibre = [0.0 * iso for _ in ti.static(range(3))]
         for r in ti.static(range(3)):
             by_tension += stretched[r] * pulled[r]
             for k in ti.static(range(3)):
-                stress[r][k] += law[cell, OF_TENSION] * stretched[r] * law[cell, OF_FIBRE + k]
-                by_deformation[r][k] += law[cell, OF_TENSION] * pulled[r] * law[cell, OF_FIBRE + k]
-                by_fibre[k] += law[cell, OF_TENSION] * (deformation[r][k] * pulled[r] + scaled[r][k] * stretched[r])
+                stress[r][k] += law[c.w, cell, OF_TENSION] * stretched[r] * law[c.w, cell, OF_FIBRE + k]
+                by_deformation[r][k] += law[c.w, cell, OF_TENSION] * pulled[r] * law[c.w, cell, OF_FIBRE + k]
+                by_fibre[k] += law[c.w, cell, OF_TENSION] * (
+                    deformation[r][k] * pulled[r] + scaled[r][k] * stretched[r]
+                )
         for k in ti.static(range(3)):
-            c.sums[cell, BY_FIBRE + k] += by_fibre[k]
-        c.sums[cell, BY_TENSION] += by_tension
+            c.sums[c.w, cell, BY_FIBRE + k] += by_fibre[k]
+        c.sums[c.w, cell, BY_TENSION] += by_tension
     for r in ti.static(range(3)):
         for k in ti.static(range(3)):
             by_volume += -1.0 * stress[r][k] * by_p[r][k]
-    c.sums[cell, BY_VOLUME] += by_volume
-    c.sums[cell, BY_STIFFNESS] += by_stiffness
+    c.sums[c.w, cell, BY_VOLUME] += by_volume
+    c.sums[c.w, cell, BY_STIFFNESS] += by_stiffness
     add_to_nodes(c.nodes_adjoint, 0, c.w, X, c.cells, cell, by_deformation)
 
 
@@ -150,14 +153,14 @@ def push_cell_adjoint(c: ti.template(), cell):
                 if below.gap < c.scene.skin_thickness + 0.5 * c.scene.edge:
                     force, rate = layer_force(below.gap, c.scene.edge, c.scene)
                     held = place_of(c.nodes_adjoint, c.cells, 0, c.w, cell, lane, LAYER_FORCE)
-                    volume = c.cells.law[cell, OF_VOLUME][lane]
+                    volume = c.cells.law[c.w, cell, OF_VOLUME][lane]
                     along = dot(below.normal, held)
                     by_normal = ti.Vector([dot(below.by_x, held), 0.0, dot(below.by_z, held), 0.0])
                     by_place = (volume * rate * along) * below.slope + (volume * force) * by_normal
                     by_volume[lane] = force * along
                     for i in ti.static(range(8)):
                         c.nodes_adjoint[0, c.w, c.cells.node[cell, i], X] += c.cells.weights[cell, i][lane] * by_place
-        c.sums[cell, BY_VOLUME] += by_volume
+        c.sums[c.w, cell, BY_VOLUME] += by_volume
 
 
 @ti.func
@@ -167,22 +170,29 @@ def give_particles(
     """Add what was summed over the substeps to the adjoints of the particles' parameters."""
     for c in range(cells.node.shape[0]):
         shape = cells.shape[c]
-        by_mass = 0.0 * sums[c, BY_VOLUME]
+        by_mass = 0.0 * sums[w, c, BY_VOLUME]
         for i in ti.static(range(8)):
             n = cells.node[c, i]
-            by_mass += (0.0 - inverse_adjoint[n] * cells.inverse[n] * cells.inverse[n]) * cells.masses[shape, i]
+            by_mass += (0.0 - inverse_adjoint[w, n] * cells.inverse[w, n] * cells.inverse[w, n]) * cells.masses[
+                shape, i
+            ]
         for lane in ti.static(range(LANES)):
             p = cells.particle[c, lane]
             if p <= WEAK:
                 body_adjoint[w, WEAK - p, 0] += ti.Vector(
-                    [0.0 * by_mass[lane], WEAKNESS * sums[c, BY_VOLUME][lane], sums[c, BY_STIFFNESS][lane], 0.0]
+                    [0.0 * by_mass[lane], WEAKNESS * sums[w, c, BY_VOLUME][lane], sums[w, c, BY_STIFFNESS][lane], 0.0]
                 )
             if p >= 0:
                 body_adjoint[w, p, 0] += ti.Vector(
-                    [by_mass[lane], sums[c, BY_VOLUME][lane], sums[c, BY_STIFFNESS][lane], sums[c, BY_TENSION][lane]]
+                    [
+                        by_mass[lane],
+                        sums[w, c, BY_VOLUME][lane],
+                        sums[w, c, BY_STIFFNESS][lane],
+                        sums[w, c, BY_TENSION][lane],
+                    ]
                 )
                 body_adjoint[w, p, 1] += ti.Vector(
-                    [sums[c, BY_FIBRE][lane], sums[c, BY_FIBRE + 1][lane], sums[c, BY_FIBRE + 2][lane], 0.0]
+                    [sums[w, c, BY_FIBRE][lane], sums[w, c, BY_FIBRE + 1][lane], sums[w, c, BY_FIBRE + 2][lane], 0.0]
                 )
 
 
@@ -197,18 +207,18 @@ def reverse_rest_frame(
 
     The adjoints of the state are updated in place (one slot); those of the parameters are added to.
     """
-    ti.loop_config(serialize=True)
+    ti.loop_config(serialize=not variant.at_once)
     for w in range(state.shape[1]):
         scene = scene_constants(constants)
         cells = Cells(node, particle, shape, slopes, turned, masses, weights, law, inverse)
         if plan[w, 1] > 0:
             load_cells(body, cells, scene, w)
             take_particles(adjoint, nodes_adjoint, cells, w)
-            for n in range(inverse.shape[0]):
-                inverse_adjoint[n] = 0.0 * scene.spacing
+            for n in range(inverse.shape[1]):
+                inverse_adjoint[w, n] = 0.0 * scene.spacing
             for cell in range(node.shape[0]):
                 for k in ti.static(range(6)):
-                    sums[cell, k] = lanes_of(0.0 * scene.spacing)
+                    sums[w, cell, k] = lanes_of(0.0 * scene.spacing)
             for m in range(plan[w, 1]):
                 s = plan[w, 0] + plan[w, 1] - 1 - m
                 c = Context(
