@@ -9,12 +9,13 @@ from scipy.spatial import cKDTree
 from zoobench import registry
 from zoobench.designs.anatomy import MIDDLE
 from zoobench.designs.base import Body
-from zoobench.designs.hull import TRIANGLES, _of_solid, hull_of
+from zoobench.designs.hull import TRIANGLES, _of_solid, _surface, hull_of
 from zoobench.designs.sampling import SolidSample
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.lattice import fill_box
 from zoobench.sim.model.potential_flow import areas
+from zoobench.sim.model.surface_water import Hull
 from zoobench.spec import Ref
 
 DRAFT = Fidelity(1 / 64, robot="lagrangian")
@@ -124,3 +125,13 @@ def test_a_closed_cavity_has_no_surface() -> None:
     hull, whole = hull_of(replace(block, occupancy=np.where(cavity, 0.0, 1.0))), hull_of(block)
     assert hull.volume == pytest.approx(whole.volume, rel=1e-9)
     assert hull.phi == pytest.approx(whole.phi)
+
+
+def test_front_and_back_of_what_has_no_thickness_are_left_out() -> None:
+    """Where a body is mirrored both halves may end by one triangle, and its added mass would be any number: 148 kg in
+    one body."""
+    half = np.random.default_rng(275).choice([-1.0, -0.3, 0.4, 1.0], (3, 3, 3))
+    found = _surface(np.pad(np.minimum(half, half[:, :, ::-1]), 1, constant_values=-1.0), 0.0, 1.0)
+    assert np.abs(areas(found).sum(axis=0)).max() < 1e-5
+    assert not cKDTree(found.mean(axis=1)).query_pairs(1e-4)
+    assert Hull.of(found, 1.0).phi.max() < 1.0

@@ -108,7 +108,7 @@ def _surface(field: Array, level: float, edge: float) -> Array:
         found = np.concatenate([found, mirrored])
         found[..., axis] += middle * edge
     found = found[np.linalg.norm(areas(found), axis=1) > _SLIVER * edge**2]
-    # front and back of what has no thickness
+    # both halves of a mirrored body may end by one triangle: front and back of what has no thickness
     twins = cKDTree(found.mean(axis=1)).query_pairs(_SLIVER * edge, output_type="ndarray")
     return cast("Array", np.delete(found, twins.ravel(), axis=0))
 
