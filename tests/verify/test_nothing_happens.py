@@ -7,6 +7,7 @@ import pytest
 from zoobench.sim.launcher import Launcher
 from zoobench.sim.model.launch_plan import LaunchPlan
 from zoobench.sim.model.state import Matter
+from zoobench.sim.rest_frame_launcher import RestFrameLauncher
 from zoobench_verify.cases import Case
 from zoobench_verify.stability import stability_suite
 from zoobench_verify.validate import validation_suite
@@ -47,7 +48,8 @@ def _stand_still(self: Launcher, matter: Matter, _parameters: Any, plan: LaunchP
 )
 def test_a_case_fails_where_nothing_happens(case: Case, monkeypatch: pytest.MonkeyPatch) -> None:
     """At least one of its bounds is missed by matter that stays as it begins."""
-    monkeypatch.setattr(Launcher, "advance", _stand_still)
+    for launcher in (Launcher, RestFrameLauncher):
+        monkeypatch.setattr(launcher, "advance", _stand_still)
     assert case.run().verdict == "fail"
 
 

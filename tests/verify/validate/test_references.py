@@ -1,10 +1,12 @@
 """The closed forms of the cases, each against its differential equation."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from zoobench.sim.model.laws.elastic import fibre_stress, lame_parameters, neo_hookean
-from zoobench_verify.validate import hertz, manufactured, modes, mud, statics
+from zoobench_verify.validate import hertz, manufactured, modes, mud, rest_frame_statics, statics
 from zoobench_verify.validate.rig import GRAVITY, order_of_accuracy
 
 
@@ -71,6 +73,27 @@ def test_beam_deflection_satisfies_its_equations() -> None:
     load = statics._BEAM.density * statics._gentle_gravity() * statics._DEPTH
     assert fourth == pytest.approx(load / (statics._BEAM.youngs_modulus * statics._DEPTH**3 / 12), rel=1e-6)
     assert not deflect(np.array([0.0, -1.0])).any()
+
+
+def test_sag_of_a_square_rod_is_that_of_the_beam() -> None:
+    """Without Poisson's ratio, the parts by bending and by shear are those of `timoshenko_deflection`, scaled."""
+    rod = replace(statics._BEAM, density=1.0)
+    length, thick = rest_frame_statics._SLENDER * rest_frame_statics._THICK, rest_frame_statics._THICK
+    places = np.linspace(0.1, 1.0, 5)
+    slender = np.array([rest_frame_statics.timoshenko_sag(rod, 1.0, place * length) for place in places])
+    load, modulus = statics._BEAM.density * statics._gentle_gravity(), statics._BEAM.youngs_modulus
+    shear = (places - places**2 / 2) / (5 / 12)
+    beam = statics.timoshenko_deflection(places * statics._LENGTH) * modulus / load
+    bending = (beam - shear * statics._LENGTH**2) * statics._DEPTH**2 / statics._LENGTH**4
+    assert slender * modulus == pytest.approx(bending * length**4 / thick**2 + shear * length**2, rel=1e-9)
+
+
+def test_two_layers_curve_as_costs_least_energy() -> None:
+    """Strain c - k y, less that to which the upper half would contract, is least in the mean square."""
+    y = (np.arange(2000) + 0.5) / 2000 - 0.5  # over the thickness
+    wished = np.where(y > 0.0, -rest_frame_statics._STRAIN, 0.0)
+    slope = np.polyfit(y, wished, 1)[0]
+    assert -slope / rest_frame_statics._THICK == pytest.approx(rest_frame_statics.timoshenko_curvature(), rel=1e-6)
 
 
 def test_laws_of_a_transfer_step_follow_from_the_spline() -> None:

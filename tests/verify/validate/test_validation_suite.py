@@ -43,6 +43,8 @@ SHOWN_ELSEWHERE = {
     "block-modes": "the same",
     "spinning-disc": "tests/sim/kernels/test_transfer.py, momentum is kept in flight",
     "spinning-disc-apic": "tests/sim/test_solver.py, momenta are kept",
+    "rest-frame-muscle": "tests/sim/test_rest_frame.py, the equilibrium stretch",
+    "rest-frame-rolling": "rest-frame-incline, friction at the nodes",
     "hydrostatic-column": "tests/sim/kernels/test_water.py",
 }
 """Cases of seconds whose physics a fast test shows in little, and which."""

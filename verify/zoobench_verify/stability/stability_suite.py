@@ -15,6 +15,7 @@ from zoobench_verify.stability import (
     muscles,
     object_cases,
     particle_cases,
+    rest_frame_cases,
     strains,
     swimmer_cases,
 )
@@ -24,7 +25,7 @@ STEP_STUDY = "largest-step"
 
 CASES = cases_of(
     particle_cases, strains, impact, contrast, muscles, domain, media_cases, object_cases, swimmer_cases,
-    gradient_cases,
+    rest_frame_cases, gradient_cases,
     horizon, bad_inputs,
 )  # fmt: skip
 

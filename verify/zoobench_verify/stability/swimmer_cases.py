@@ -15,8 +15,10 @@ from zoobench.sim.solver import Solver
 from zoobench.spec import Ref
 from zoobench_verify.stability.episode_recorder import EpisodeRecorder, case
 
-_FASTEST = 30.0
+FASTEST = 30.0
 """Of any particle [m/s]: twenty times a swimmer's speed; a node that is flung is faster within a few frames."""
+SLOWEST = 0.1
+"""Largest speed of a particle [m/s], at least: strong muscles throw a body about."""
 
 
 def _swimmer(name: str, level: str) -> tuple[Solver, Body]:
@@ -27,12 +29,12 @@ def _swimmer(name: str, level: str) -> tuple[Solver, Body]:
     return Solver(env.scene(body, fidelity), fidelity, gradients=level == "draft"), body
 
 
-def _square_waves(body: Body, pattern: int) -> Array:
-    """Either side of every segment pulls or pushes with full strength, anew at random every eight frames, five times
+def square_waves(body: Body, pattern: int, times: int = 5) -> Array:
+    """Either side of every segment pulls or pushes with full strength, anew at random every eight frames, so many times
     `[frames, 1, muscles]`."""
     places = muscle_places(body)
     _, group = np.unique([-np.round(places.back, 1), places.side > 0.0], axis=1, return_inverse=True)
-    signs = np.sign(np.random.default_rng(pattern).normal(size=(6, group.max() + 1)))[:5, group.ravel()]
+    signs = np.sign(np.random.default_rng(pattern).normal(size=(times + 1, group.max() + 1)))[:times, group.ravel()]
     return signs.repeat(8, axis=0)[:, None]
 
 
@@ -45,11 +47,11 @@ def square_waves_in_water(record: EpisodeRecorder) -> None:
     for name in ("fish", "tuna", "shark", "clownfish", "orca"):
         for level in ("draft", "standard"):
             solver, body = _swimmer(name, level)
-            rollout = solver.run(_square_waves(body, 0))
+            rollout = solver.run(square_waves(body, 0))
             record.add_rollout(solver, rollout)
             record.robot_volume(rollout, 0.1, f"{name}, {level}: ")
             fastest = float(np.abs(rollout.velocities).max())
-            record.at_most(f"{name}, {level}: largest speed", fastest, _FASTEST, "m/s")
+            record.within(f"{name}, {level}: largest speed", fastest, SLOWEST, FASTEST, "m/s")
             if level == "draft":
                 adjoint = np.ones(rollout.positions.shape)
                 gradient = solver.backward(rollout, adjoint, np.zeros_like(adjoint))
@@ -86,7 +88,9 @@ def light_swimmer(record: EpisodeRecorder) -> None:
 
 @case("flood")
 def flood(record: EpisodeRecorder) -> None:
-    """A fish at rest is let go in a current of 5 m/s: drag takes it along, and no faster than the water."""
+    """A fish at rest is let go in a current of 5 m/s: the water takes the energy of its motion through it. In a
+    frame that may grow by what bent matter and the water that moves along give back, by little. The fish may outrun the
+    water one way: from a current upwards it glides ahead, and turns up as it goes."""
     for axis, name in enumerate(("ahead", "up", "right")):
         fish, _ = _swimmer("fish", "draft")
         assert fish.scene.surface_water is not None
@@ -96,6 +100,8 @@ def flood(record: EpisodeRecorder) -> None:
         rollout = solver.run(np.zeros((60, 1, solver.muscle_count)))
         record.add_rollout(solver, rollout)
         record.robot_volume(rollout, 0.1, f"{name}: ")
-        along = rollout.velocities[:, 0, :, axis].mean(axis=1) / 5.0
-        record.within(f"{name}: speed at the end by the current", float(along[-1]), 0.1, 1.05)
-        record.at_most(f"{name}: largest speed by the current", float(along.max()), 1.2)
+        through = ((rollout.velocities[:, 0] - current) ** 2).sum(axis=2) @ fish.scene.robot.masses
+        through /= through[0]
+        record.within(f"{name}: energy of its motion through the water at the end, by that at first",
+                      float(through[-1]), 1e-4, 0.1)  # fmt: skip
+        record.at_most(f"{name}: largest gain of it in a frame", float(np.diff(through).max()), 0.01)

@@ -7,11 +7,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from zoobench.arrays import Array
+from zoobench.sim.model.fidelity import Robot
 from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.scene import Ground, Scene
 from zoobench.sim.model.standing import standing
 from zoobench_verify.cases import CaseRecorder, case
-from zoobench_verify.validate.rig import GRAVITY, Rig, lattice, passive_body
+from zoobench_verify.validate.rig import GRAVITY, NAMES, Rig, lattice, passive_body
 
 _STIFF = ElasticMaterial(youngs_modulus=1e6, poissons_ratio=0.2, density=1000.0)
 _LENGTH = 6 / 32
@@ -37,7 +38,7 @@ def _tilted(rig: Rig, degrees: float, seconds: float) -> tuple[Array, Array, Arr
     for begin in t[:-1]:
         for n in range(every):
             risen = min((begin + n * rig.dt) / _RAMP, 1.0)
-            rig.v[:, 0] += rig.dt * downhill * (0.5 - 0.5 * math.cos(math.pi * risen))
+            rig.velocities[:, 0] += rig.dt * downhill * (0.5 - 0.5 * math.cos(math.pi * risen))
             rig.advance(1)
         path.append(centre())
     x, v = np.array(path).T
@@ -102,20 +103,25 @@ def slide(
 @case("incline", "Coulomb 1785: a = g (sin θ - μ cos θ), at rest for tan θ < μ", "block of 6 x 3 x 3 cells")
 def incline(record: CaseRecorder) -> None:
     """A block on an inclined plane rests below the critical angle and slides as Coulomb's law says above."""
+    check_inclines(record)
+
+
+def check_inclines(record: CaseRecorder, robot: Robot = "mpm") -> None:
+    """Check the creep of a block below the critical angle, and its way above."""
     friction = 0.4
     critical = math.degrees(math.atan(friction))
     creep = 0.0
     for degrees in (19.0, 21.7):
-        creep = max(creep, float(abs(slide(degrees, friction, 0.45).moved[-1])) * _CELLS / _LENGTH)
+        creep = max(creep, float(abs(slide(degrees, friction, 0.45, robot=robot).moved[-1])) * _CELLS / _LENGTH)
     slides = [(20.0, 0.0), (20.0, 0.2), (30.0, 0.4), (23.5, 0.4)]
     errors = []
     figure = record.plot("Block on an incline after the ramp", "time [s]", "distance slid [m]")
     for degrees, mu in slides:
-        _, since, moved, exact = found = slide(degrees, mu)
+        _, since, moved, exact = found = slide(degrees, mu, robot=robot)
         errors.append(abs(found.error))
         label = f"{degrees:g}°, μ = {mu:g}"
         every = len(since) // 12
-        figure.computed(f"MPM, {label}", since[::every], moved[::every], points=True)
+        figure.computed(f"{NAMES[robot]}, {label}", since[::every], moved[::every], points=True)
         figure.reference(label, since, exact)
     record.at_most(f"creep in 0.25 s below the critical angle of {critical:.2f}°", creep, 0.02, "cells")
     record.at_most("distance slid at angles above it, relative error", max(errors), 0.02)

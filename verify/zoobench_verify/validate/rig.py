@@ -13,15 +13,21 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from zoobench.arrays import Array
+from zoobench.designs.sampling import SolidSample
+from zoobench.sim.kernels.layout import V, X
 from zoobench.sim.model.elastic_bodies import ElasticBody
-from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.fidelity import Fidelity, Robot
 from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.laws.medium import Medium
+from zoobench.sim.model.rest_cells import RestCells
 from zoobench.sim.model.scene import MediumBed, Scene
 from zoobench.sim.solver import Solver
 
 Vector = tuple[float, float, float]
 Reals = NDArray[np.floating]
+
+NAMES: dict[Robot, str] = {"mpm": "MPM", "lagrangian": "rest frame"}
+"""Names in figures of how the robot is simulated."""
 
 WEIGHTLESS: Vector = (0.0, 0.0, 0.0)
 GRAVITY = 9.81
@@ -45,6 +51,9 @@ class Rig:
         history, medium_stress: of the medium's law `[medium]`, and Kirchhoff stress of a solid medium `[medium, 6]`
             [Pa].
         robot, medium: the particles of either among all.
+        places, velocities, masses: what moves, of which the first two are the state itself: the particles, but of a
+            robot in its rest frame (`robot="lagrangian"`) the nodes it carries with it, from which its particles' own
+            arrays follow in every substep. Places [m] are from the solver's origin.
     """
 
     def __init__(
@@ -69,6 +78,12 @@ class Rig:
         )
         self.robot = slice(0, self.solver.robot_count)
         self.medium = slice(self.solver.robot_count, self.solver.particle_count)
+        self.places: Reals = matter.x[0, 0].numpy()
+        self.velocities, self.masses = self.v, self.mass
+        if fidelity.robot == "lagrangian":
+            nodes = matter.nodes[0, 0].numpy()
+            self.places, self.velocities = nodes[:, X, :3], nodes[:, V, :3]
+            self.masses = node_masses(RestCells.of(scene.robot, fidelity), self.mass)
 
     @property
     def positions(self) -> Array:
@@ -101,8 +116,18 @@ class Rig:
     def damp(self, rate: float, index: slice = slice(None)) -> None:
         """Let velocities decay with `rate` [1/s] for the duration of a substep."""
         keep = math.exp(-rate * self.dt)
-        self.v[index] *= keep
-        self.C[index] *= keep
+        self.velocities[index] *= keep
+        if self.velocities is self.v:
+            self.C[index] *= keep
+
+
+def node_masses(cells: RestCells, masses: Reals) -> Reals:
+    """Masses of the nodes of a robot in its rest frame [kg], from those of its particles `[particle_count]` [kg]."""
+    shares = cells.masses[cells.shape] * (cells.particles >= 0)[:, None]  # by cell, node and lane
+    given: Reals = (shares * masses[np.maximum(cells.particles, 0)][:, None]).sum(axis=2)
+    found: Reals = np.zeros(len(cells.places))
+    np.add.at(found, cells.nodes, given)
+    return found
 
 
 def lattice(lower: Vector, upper: Vector, spacing: float | Vector) -> Array:
@@ -113,6 +138,12 @@ def lattice(lower: Vector, upper: Vector, spacing: float | Vector) -> Array:
         count = round((high - low) / size)
         axes.append(low + (high - low) * (np.arange(count) + 0.5) / count)
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+
+
+def solid_body(material: ElasticMaterial, solid: SolidSample, shift: Array) -> ElasticBody:
+    """A solid without muscles, moved by `shift` `[3]` [m], and the lattice of its cubes, of which it may fill parts."""
+    body = ElasticBody.passive(material, solid.positions + shift, solid.volumes)
+    return replace(body, site_offsets=solid.sites - solid.positions)
 
 
 def passive_body(

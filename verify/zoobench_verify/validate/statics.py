@@ -9,10 +9,11 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import brentq
 
 from zoobench.arrays import Array
+from zoobench.sim.model.fidelity import Robot
 from zoobench.sim.model.laws.elastic import ElasticMaterial, lame_parameters
 from zoobench.sim.model.scene import Scene
 from zoobench_verify.cases import CaseRecorder, case
-from zoobench_verify.validate.rig import GRAVITY, WEIGHTLESS, Rig, lattice, order_of_accuracy, passive_body
+from zoobench_verify.validate.rig import GRAVITY, NAMES, WEIGHTLESS, Rig, lattice, order_of_accuracy, passive_body
 
 _LOAD = 0.05
 """Weight of the column over its modulus, rho g H / (lambda + 2 mu) [-]."""
@@ -211,8 +212,13 @@ def contract(activation: float, cells: int = 4, **settings: Any) -> tuple[Rig, f
 @case("muscle-stretch", "closed form of the free active block", "block of 4³ cells")
 def muscle(record: CaseRecorder) -> None:
     """Equilibrium stretches of a free muscle at five activations."""
+    check_stretches(record)
+
+
+def check_stretches(record: CaseRecorder, cells: int = 4, robot: Robot = "mpm") -> None:
+    """Check the stretches of a free cube of muscle, of so many cells along a side."""
     levels = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
-    found = np.array([contract(level)[1:] for level in levels])
+    found = np.array([contract(level, cells, robot=robot)[1:] for level in levels])
     exact = np.array([muscle_stretch(level) for level in levels])
     fine = np.linspace(-1, 1, 81)
     smooth = np.array([muscle_stretch(level) for level in fine])
@@ -220,7 +226,7 @@ def muscle(record: CaseRecorder) -> None:
     record.at_most("stretch along the fibre, relative error", error[0], 1e-3)
     record.at_most("stretch across the fibre, relative error", error[1], 1e-3)
     figure = record.plot("Free muscle of strength 0.3 E", "activation [-]", "stretch [-]")
-    figure.computed("MPM, along", levels, found[:, 0], points=True)
-    figure.computed("MPM, across", levels, found[:, 1], points=True)
+    figure.computed(f"{NAMES[robot]}, along", levels, found[:, 0], points=True)
+    figure.computed(f"{NAMES[robot]}, across", levels, found[:, 1], points=True)
     figure.reference("closed form, along", fine, smooth[:, 0])
     figure.reference("closed form, across", fine, smooth[:, 1])
