@@ -119,10 +119,11 @@ def test_the_cpu_is_no_other_fidelity(zoobench: Command) -> None:
 
 
 def test_water_on_a_grid_is_not_for_a_gpu(zoobench: Command) -> None:
-    """The plan says so; water of particles is."""
+    """The plan says so; water of particles is, and water by forces on the surface."""
     words = ("--task", "turning", "--method", "random", "--seeds", "1", "--device", "cuda")
     assert "'ocean' is full of it" in zoobench("run", "--dry-run", "--env", "ocean", *words).err
-    assert "full of it" not in zoobench("run", "--dry-run", "--env", "ocean[water=particles]", *words).err
+    for water in ("particles", "surface"):
+        assert "full of it" not in zoobench("run", "--dry-run", "--env", f"ocean[water={water}]", *words).err
 
 
 def test_a_failed_run_gives_exit_code_1_and_is_repeated_only_on_demand(

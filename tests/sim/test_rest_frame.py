@@ -230,16 +230,6 @@ def test_the_step_is_safe_in_deep_compression() -> None:
     assert rollout.counts.max() > rollout.counts[0, 0]
 
 
-@pytest.mark.slow  # its kernel takes eight seconds
-def test_worlds_at_once_are_those_in_turn() -> None:
-    """A thread for each world, as on a GPU, has the path and the gradient of one thread for all, bit for bit."""
-    (_, serial, gradient), (_, parallel, other) = (
-        scenes.episode(_terrain_scene(), 4, LAGRANGIAN, worlds=3, parallel=parallel) for parallel in (False, True)
-    )
-    assert np.array_equal(parallel.positions, serial.positions)
-    assert scenes.same(gradient, other)
-
-
 @pytest.mark.slow
 def test_a_robot_beyond_its_terrain_has_diverged() -> None:
     """The ground is not known there, and no wall stops it; level ground goes on."""

@@ -161,16 +161,6 @@ def test_world_of_a_batch_equals_the_same_world_alone() -> None:
         assert np.array_equal(found.occupancy[0], gradient.occupancy[world])
 
 
-@pytest.mark.slow
-def test_worlds_at_once_are_those_in_turn() -> None:
-    """A thread for each world, as on a GPU, has the path and the gradient of one thread for all, bit for bit."""
-    (_, serial, gradient), (_, parallel, other) = (
-        scenes.episode(_muscles(), 4, LAGRANGIAN, worlds=3, parallel=parallel) for parallel in (False, True)
-    )
-    assert np.array_equal(parallel.positions, serial.positions)
-    assert scenes.same(gradient, other)
-
-
 def test_water_is_the_only_effect_around_the_robot() -> None:
     """Neither contact nor a medium is simulated, and no grid is filled."""
     assert _cube().effects == {Effect.ELASTICITY, Effect.MUSCLE, Effect.FLUID, Effect.DAMPING}

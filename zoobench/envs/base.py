@@ -169,11 +169,6 @@ class Environment:
                 f"{fidelity.particles_per_cell} particles per cell do not hold a robot in water by forces on its "
                 "surface. Give particles_per_cell=8 or 27 with the fidelity, or choose another water."
             )
-        if fidelity.device != "cpu":
-            raise UsageError(
-                "A robot in water by forces on its surface is simulated on the CPU alone. Give device=cpu with the "
-                "fidelity."
-            )
         return replace(fidelity, robot="lagrangian")
 
     def scene(self, body: Body, fidelity: Fidelity, seconds: float = EPISODE_SECONDS) -> Scene:

@@ -64,7 +64,7 @@ def ocean(
 
     Water by forces on the surface (`surface`) has no bounds, no wake and no memory: each part of the robot's surface
     feels drag, lift and the inertia of the water that it moves (Lighthill 1960), which are the same on every grid. The
-    robot is in its rest frame then. Fish swim in it by 0.3 to 0.8 lengths a beat.
+    robot is in its rest frame then. Fish swim in it by 0.4 to 0.8 lengths a beat.
 
     A level floor has no friction; hills, slopes, steps and gaps are rough, so that water rests on them; water on a grid
     has none.

@@ -158,10 +158,9 @@ def _why_impossible(spec: RunSpec) -> str | None:
             )
     if method.lacking:
         return method.lacking
-    if on_gpu(spec) and registry.create(Kind.ENV, spec.env).is_deep:
+    if on_gpu(spec) and registry.create(Kind.ENV, spec.env).water is not None:
         return (
-            "Water on a grid and by forces on the surface is not simulated on a GPU, and "
-            f"{spec.env.name!r} is full of it. Simulate that on the CPU."
+            f"Water on a grid is not simulated on a GPU, and {spec.env.name!r} is full of it. Simulate that on the CPU."
         )
     if fault := firm_ground_fault(spec) or scene_fault(spec):
         return fault

@@ -38,7 +38,8 @@ class Launcher:
     """Owns the grid and launches the substep, its reverse, the survey and the search for matter that may sleep.
 
     Args:
-        parallel: all worlds at once with atomic adds (CUDA); else in turn on one thread.
+        parallel: all worlds at once (CUDA), with atomic adds but for robots in their rest frame; else in turn on one
+            thread.
 
     Attributes:
         shape: grid nodes in x, y, z.

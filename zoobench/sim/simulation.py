@@ -36,7 +36,7 @@ class Simulation:
     Args:
         limit: the declared step.
         start: the state of one world at time zero; the scene's own if None.
-        parallel: all worlds at once with atomic adds; the default on CUDA only.
+        parallel: all worlds at once, with atomic adds but for robots in their rest frame; the default on CUDA only.
 
     Attributes:
         origin: the grid's first node at time zero [m]; the positions of `matter` are measured from `origins`.

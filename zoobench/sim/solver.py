@@ -40,7 +40,7 @@ class Solver:
         memory: size that all states and the trajectory may take together [bytes], by which it is chosen how many are
             kept for the gradient, and how many simulated again; `memory_share` if None. No result depends on it.
         start: the state of one world at time zero, as `equilibrate` gives it; the scene's own if None.
-        parallel: all worlds at once with atomic adds; the default on CUDA only, where it pays.
+        parallel: all worlds at once, with atomic adds but for robots in their rest frame; the default on CUDA only.
 
     Attributes:
         simulation: the tensors and the launcher, for those who take the steps themselves.

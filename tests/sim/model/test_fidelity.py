@@ -23,7 +23,6 @@ from zoobench.sim.model.fidelity import Fidelity
         ({"transfer": "flip"}, "The transfer 'flip' is not offered. Choose one of apic, pic, aflip"),
         ({"robot": "lagrangian", "particles_per_cell": 1}, "Give 8 or 27, or robot=mpm"),
         ({"robot": "lagrangian", "particles_per_cell": 4}, "Give 8 or 27, or robot=mpm"),
-        ({"robot": "lagrangian", "device": "cuda"}, "on the CPU alone"),
         ({"kernel": "linear"}, "The kernel 'linear' is not offered. Choose one of quadratic, cubic"),
     ],
 )

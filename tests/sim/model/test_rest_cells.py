@@ -1,6 +1,7 @@
 """Cells and nodes of bodies in their rest frame."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -176,9 +177,11 @@ def test_few_particles_that_hold_others_together_stay_where_they_are() -> None:
     of = _nodes_of_particles(spike)
     assert len(of[0] & of[8]) == len(of[9] & of[10]) == 4
     assert (spike.particles <= WEAKEST).sum() == 6 + 7
-    waist = np.concatenate([_block(2, 2, 2), _block(2, 1, 1) + ahead, _block(2, 2, 2) + 2 * ahead])
-    of = _nodes_of_particles(RestCells.of(_body(waist), scenes.fidelity()))
-    assert len(of[0] & of[8]) == len(of[8] & of[10]) == 4
+    for cells in (1, 2, 3):
+        waist, tail = _block(2 * cells, 1, 1) + ahead, _block(2, 2, 2) + (cells + 1) * ahead
+        of = _nodes_of_particles(RestCells.of(_body(np.concatenate([_block(2, 2, 2), waist, tail])), scenes.fidelity()))
+        chain = [0, *range(8, 8 + 2 * cells, 2), 8 + 2 * cells]
+        assert [len(of[one] & of[other]) for one, other in pairwise(chain)] == [4] * (cells + 1)
 
 
 def _nodes_of_particles(cells: RestCells) -> dict[int, set[int]]:
@@ -196,6 +199,9 @@ def test_a_layer_of_particles_holds_the_nodes_of_a_cell() -> None:
         body = ElasticBody.passive(scenes.SOFT, positions, np.full(len(positions), edge**3))
         return len(RestCells.of(body, fine).places)
 
+    body = _body(np.array([[x, y, z] for x in range(2) for y in range(2) for z in range(2)]))
+    alone = ElasticBody.passive(scenes.SOFT, (body.positions - 0.25) * edge / scenes.EDGE, body.volumes)
+    assert (RestCells.of(alone, fine).particles <= WEAKEST).any(axis=1).all()
     layer = [(3, y, z) for y in range(3) for z in range(3)]
     assert found(*layer[:8]) == 8
     assert found(*layer) == 12

@@ -44,7 +44,7 @@ SHOWN_ELSEWHERE = {
     "spinning-disc": "tests/sim/kernels/test_transfer.py, momentum is kept in flight",
     "spinning-disc-apic": "tests/sim/test_solver.py, momenta are kept",
     "rest-frame-muscle": "tests/sim/test_rest_frame.py, the equilibrium stretch",
-    "rest-frame-rolling": "rest-frame-incline, friction at the nodes",
+    "rest-frame-rolling": "tests/sim/test_rest_frame.py, friction of what slides; what rolls is a known shortfall",
     "hydrostatic-column": "tests/sim/kernels/test_water.py",
 }
 """Cases of seconds whose physics a fast test shows in little, and which."""

@@ -88,9 +88,11 @@ def light_swimmer(record: EpisodeRecorder) -> None:
 
 @case("flood")
 def flood(record: EpisodeRecorder) -> None:
-    """A fish at rest is let go in a current of 5 m/s: the water takes the energy of its motion through it. In a
-    frame that may grow by what bent matter and the water that moves along give back, by little. The fish may outrun the
-    water one way: from a current upwards it glides ahead, and turns up as it goes."""
+    """A fish is let go in a current of 5 m/s: water takes the energy of its motion relative to the current.
+
+    From one frame to the next this may rise a little, as bent matter and water that moves along give some back. The
+    fish may go faster than the current: from one upwards it glides ahead, and turns up as it goes.
+    """
     for axis, name in enumerate(("ahead", "up", "right")):
         fish, _ = _swimmer("fish", "draft")
         assert fish.scene.surface_water is not None

@@ -103,11 +103,6 @@ class Fidelity:
 
     def _check_rest_frame(self) -> None:
         """Refuse settings that a robot in its rest frame is not simulated with."""
-        if self.device != "cpu":
-            raise UsageError(
-                "A robot in its rest frame (robot=lagrangian) is simulated on the CPU alone. Give device=cpu, or "
-                "robot=mpm."
-            )
         if self.particles_per_cell not in REST_FRAME_PARTICLES:
             raise UsageError(
                 f"{self.particles_per_cell} particles per cell do not hold the cells of a robot in its rest frame "

@@ -171,26 +171,29 @@ def _joined(
     off = np.abs(2 * cells[first] - cells.min(axis=0) - cells.max(axis=0)) @ (1.0, 1.1, 1.2)
     shared -= np.where(shared > 0, off / (2 * off.max() + 1), 0.0)
     host = np.where((size < enough) & (shared.max(axis=1) > 0), shared.argmax(axis=1), number)
-    while (linking := _linking(common, host != number)).any():
+    while (linking := _linking(common, host)).any():
         host[linking] = number[linking]
     used, ids = np.unique(ids[first[host[group]]], return_inverse=True)
     return ids.reshape(-1, 8), keys[used], cells[first[host[group]]]
 
 
-def _linking(common: Array, joins: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _linking(common: Array, host: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Cells without which others beside them hang together no more, or at nodes or edges alone, where faces held them.
 
     Args:
         common: number of nodes that two cells share `[cells, cells]`.
-        joins: which of them have joined others `[cells]`.
+        host: the cell that each has joined, itself for none `[cells]`.
     """
-    found, kept = np.zeros(len(joins), np.bool_), np.flatnonzero(~joins)
+    number = np.arange(len(host))
+    found, kept = np.zeros(len(host), np.bool_), np.flatnonzero(host == number)
     for least in (1, 4):
-        touches = common[:, kept] >= least
-        _, label = connected_components(csr_array(touches[kept]), directed=False)
-        low = np.where(touches, label, len(label)).min(axis=1)
-        found |= joins & (np.where(touches, label, -1).max(axis=1) > low)
-    return found
+        _, label = connected_components(csr_array(common[np.ix_(kept, kept)] >= least), directed=False)
+        part = np.zeros(len(host), np.int64)
+        part[kept] = label
+        one, other = np.nonzero(common >= least)
+        apart = part[host[one]] != part[host[other]]
+        found[one[apart]] = found[other[apart]] = True
+    return cast("NDArray[np.bool_]", found & (host != number))
 
 
 def _grouped(ids: NDArray[np.int64], enough: int) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
@@ -200,7 +203,8 @@ def _grouped(ids: NDArray[np.int64], enough: int) -> tuple[NDArray[np.int64], ND
     rank = np.argsort(np.argsort(first))[group.ravel()]
     rows: list[list[int]] = []
     for members in np.split(np.argsort(rank, kind="stable"), np.cumsum(np.bincount(rank))[:-1]):
-        rows.extend(members[k : k + LANES].tolist() for k in range(0, len(members), LANES))
+        lanes = LANES if len(members) >= enough else LANES - 1  # with room for a weak point
+        rows.extend(members[k : k + lanes].tolist() for k in range(0, len(members), lanes))
     particles = np.array([row + [-1] * (LANES - len(row)) for row in rows])
     order = particles[:, 0]
     return order, particles, size[group.ravel()][order] < enough
