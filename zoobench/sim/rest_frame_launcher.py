@@ -58,14 +58,9 @@ class RestFrameLauncher(Launcher):
         """As `Launcher.place_nodes`: at rest, and with the mean velocity of the mass around each."""
         rest, robot = self._rest, self._scene.robot
         put(matter.nodes[:, :, :, 0, :3], rest.places - origin)
-        shares = rest.masses[rest.shape] * (rest.particles >= 0)[:, None]  # by cell, node and lane
-        particles = np.maximum(rest.particles, 0)
-        masses = shares * (robot.volumes * robot.density_ratio)[particles][:, None]
-        momentum = np.einsum("cil,cld->cid", masses, robot.velocities[particles])
-        total, mass = np.zeros(rest.places.shape), np.zeros(len(rest.places))
-        np.add.at(total, rest.nodes, momentum)
-        np.add.at(mass, rest.nodes, masses.sum(axis=2))
-        put(matter.nodes[:, :, :, 1, :3], total / mass[:, None])
+        masses = robot.volumes * robot.density_ratio
+        momentum = np.stack([rest.on_nodes(masses * speed) for speed in robot.velocities.T], axis=1)
+        put(matter.nodes[:, :, :, 1, :3], momentum / rest.on_nodes(masses)[:, None])
 
     def add_deformation(self, adjoint: Matter, by_deformation: Tensor) -> None:
         """As `Launcher.add_deformation`: F follows from the places of the nodes."""

@@ -55,6 +55,16 @@ def test_a_linear_field_has_its_gradient_and_its_values() -> None:
     assert np.abs(there[has] - expected[cells.particles[has]]).max() <= 1e-12
 
 
+def test_what_nodes_have_of_particles_has_its_sum_and_its_centre() -> None:
+    """Of a block of one and a half cells, whose density differs from particle to particle."""
+    body = _body(_block(3, 2, 2))
+    masses = np.random.default_rng(1).uniform(0.5, 1.5, body.particle_count)
+    cells = RestCells.of(body, scenes.fidelity())
+    found = cells.on_nodes(masses)
+    assert found.sum() == pytest.approx(masses.sum(), rel=1e-12)
+    assert found @ cells.places == pytest.approx(masses @ body.positions, rel=1e-12)
+
+
 def _rod(length: int, thick: int, fill: float, poissons_ratio: float) -> ElasticBody:
     """A rod four cubes wide, of whose uppermost cubes a share is filled."""
     body = _body(_block(length, thick, 4))

@@ -92,10 +92,7 @@ def test_a_light_node_has_little_part_in_the_motion_of_panels(
 ) -> None:
     """Water would fling it about: its weight is less than that by its place alone."""
     body, water, cells, panels = fish
-    matter = np.zeros(len(cells.places))
-    volumes = (cells.particles >= 0) * body.volumes[cells.particles.clip(0)]
-    np.add.at(matter, cells.nodes, np.einsum("cil,cl->ci", cells.masses[cells.shape], volumes))
-    own = matter[cells.nodes[panels.cell]]
+    own = cells.on_nodes(body.volumes)[cells.nodes[panels.cell]]
     group, node = np.unravel_index((own / own.max(axis=1, keepdims=True)).argmin(), own.shape)
     assert own[group, node] < 0.02 * own[group].max()
     monkeypatch.setattr(surface_panels, "_LIGHT", 0.0)

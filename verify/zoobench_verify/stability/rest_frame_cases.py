@@ -9,7 +9,7 @@ from zoobench.registry import Kind
 from zoobench.sim.solver import Solver
 from zoobench.spec import Ref
 from zoobench_verify.stability.episode_recorder import EpisodeRecorder, case
-from zoobench_verify.stability.swimmer_cases import FASTEST, SLOWEST, square_waves
+from zoobench_verify.stability.swimmer_cases import check_thrown_about, square_waves
 
 _PATTERNS = 4
 """Worlds, each with signs of its own."""
@@ -28,12 +28,5 @@ def square_waves_in_rest_frame(record: EpisodeRecorder) -> None:
             solver = Solver(scene, fidelity, worlds=_PATTERNS, gradients=level == "draft")
             waves = [square_waves(body, pattern, -(-_FRAMES // 8))[:_FRAMES] for pattern in range(_PATTERNS)]
             rollout = solver.run(np.concatenate(waves, axis=1))
-            record.add_rollout(solver, rollout)
-            record.robot_volume(rollout, 0.1, f"{name}, {level}: ")
             record.at_most(f"{name}, {level}: frames repeated with half the step", float(rollout.retries.sum()), 0)
-            fastest = float(np.abs(rollout.velocities).max())
-            record.within(f"{name}, {level}: largest speed", fastest, SLOWEST, FASTEST, "m/s")
-            if level == "draft":
-                adjoint = np.ones(rollout.positions.shape)
-                gradient = solver.backward(rollout, adjoint, np.zeros_like(adjoint))
-                record.gradient_finite(gradient, [gradient.actuation], f"{name}: ")
+            check_thrown_about(record, solver, rollout, f"{name}, {level}: ")

@@ -83,7 +83,7 @@ class Rig:
         if fidelity.robot == "lagrangian":
             nodes = matter.nodes[0, 0].numpy()
             self.places, self.velocities = nodes[:, X, :3], nodes[:, V, :3]
-            self.masses = node_masses(RestCells.of(scene.robot, fidelity), self.mass)
+            self.masses = RestCells.of(scene.robot, fidelity).on_nodes(self.mass.astype(np.float64))
 
     @property
     def positions(self) -> Array:
@@ -119,15 +119,6 @@ class Rig:
         self.velocities[index] *= keep
         if self.velocities is self.v:
             self.C[index] *= keep
-
-
-def node_masses(cells: RestCells, masses: Reals) -> Reals:
-    """Masses of the nodes of a robot in its rest frame [kg], from those of its particles `[particle_count]` [kg]."""
-    shares = cells.masses[cells.shape] * (cells.particles >= 0)[:, None]  # by cell, node and lane
-    given: Reals = (shares * masses[np.maximum(cells.particles, 0)][:, None]).sum(axis=2)
-    found: Reals = np.zeros(len(cells.places))
-    np.add.at(found, cells.nodes, given)
-    return found
 
 
 def lattice(lower: Vector, upper: Vector, spacing: float | Vector) -> Array:

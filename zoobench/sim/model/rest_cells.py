@@ -116,6 +116,13 @@ class RestCells:
             weights=trilinear(at[known]),
         )
 
+    def on_nodes(self, values: Array) -> Array:
+        """Sums `[nodes]` of values of the particles `[particles]`, by the share of each's mass that a node has."""
+        own = values[self.particles.clip(0)] * (self.particles >= 0)
+        found = np.zeros(len(self.places))
+        np.add.at(found, self.nodes, np.einsum("cil,cl->ci", self.masses[self.shape], own))
+        return found
+
     def deformation_map(self) -> csr_array:
         """The gradients of the weights, by node and particle `[nodes, 3 * particles]` [1/m].
 

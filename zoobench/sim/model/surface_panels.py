@@ -133,9 +133,7 @@ def _in_groups(owner: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.
 
 def _matter(body: ElasticBody, cells: RestCells) -> Array:
     """Volume of matter that each node has, by that of the fullest `[nodes]`; little even where there is none."""
-    volumes = (body.volumes * body.occupancy)[cells.particles.clip(0)] * (cells.particles >= 0)
-    found = np.zeros(len(cells.places))
-    np.add.at(found, cells.nodes, np.einsum("cil,cl->ci", cells.masses[cells.shape], volumes))
+    found = cells.on_nodes(body.volumes * body.occupancy)
     return cast("Array", found / found.max() + _LEAST)
 
 
