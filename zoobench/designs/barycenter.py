@@ -31,7 +31,7 @@ _TEMPERATURE = 0.25
 _HALVINGS = 60  # of the interval of the level: to machine precision
 
 
-@register(Kind.DESIGN, "barycenter", version=7, tags=("space",))
+@register(Kind.DESIGN, "barycenter", version=8, tags=("space",))
 def barycenter_space(
     *,
     primitives: str = DEFAULT_PRIMITIVES,

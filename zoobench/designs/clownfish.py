@@ -1,16 +1,16 @@
 """The clownfish: short and high, with round fins and long ones along back and belly."""
 
 from zoobench.designs.anatomy import MIDDLE, SWIMMER_LENGTH, TAIL, Animal, myomeres, soft, stiff, swimmer
-from zoobench.designs.shapes import UPRIGHT, above_and_below, ellipsoid, fin, loft, mirrored
+from zoobench.designs.shapes import UPRIGHT, Plane, above_and_below, fin, loft, mirrored
 from zoobench.registry import Kind, register
 
 _TRUNK = loft(
     [
-        (-0.044, MIDDLE, 0.0062, 0.0050),
-        (-0.035, MIDDLE, 0.0062, 0.0052),
-        (-0.016, MIDDLE, 0.0118, 0.0056),
-        (0.002, MIDDLE, 0.0172, 0.0097),
-        (0.020, MIDDLE, 0.0178, 0.0105),
+        (-0.044, MIDDLE, 0.0085, 0.0054),
+        (-0.035, MIDDLE, 0.0085, 0.0058),
+        (-0.016, MIDDLE, 0.0128, 0.0066),
+        (0.002, MIDDLE, 0.0172, 0.0102),
+        (0.020, MIDDLE, 0.0178, 0.0110),
         (0.036, MIDDLE, 0.0140, 0.0084),
         (0.046, MIDDLE, 0.0085, 0.0050),
         (0.050, MIDDLE, 0.0, 0.0),
@@ -34,17 +34,23 @@ _FINS = above_and_below(
     ),
     MIDDLE,
 )  # fmt: skip
-_SIDE_FINS = mirrored(ellipsoid((0.014, MIDDLE, 0.0090), (0.009, 0.0065, 0.0050)))
+_SIDE_FINS = mirrored(
+    fin(
+        Plane((0.010, MIDDLE, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+        [(0.008, 0.0), (0.006, 0.0120), (0.000, 0.0160), (-0.006, 0.0160), (-0.010, 0.0110), (-0.008, 0.0)],
+        TAIL,
+    )
+)
 
 
-@register(Kind.DESIGN, "clownfish", version=8, tags=("primitive", "water"))
+@register(Kind.DESIGN, "clownfish", version=9, tags=("primitive", "water"))
 def clownfish(*, length: float = SWIMMER_LENGTH) -> Animal:
     """A short, high swimmer with round fins, 0.15 m long, with eight muscles.
 
     Flank fibres run along the whole body but the snout, in four segments on each side. Fins have no muscle; that of
     the tail is twice as stiff as muscle, and the others are half as stiff, so that they brace the trunk less.
 
-    * `length`: of the whole body [m]; it is 0.42 times as high and 0.29 times as wide, fins included.
+    * `length`: of the whole body [m]; it is 0.42 times as high and 0.32 times as wide, fins included.
     """
     trunk = myomeres(_TRUNK)
-    return swimmer(length, 0.0417, 0.0286, trunk, *stiff(_TAIL_FIN), *soft(_FINS, _SIDE_FINS))
+    return swimmer(length, 0.0417, 0.0322, trunk, *stiff(_TAIL_FIN), *soft(_FINS, _SIDE_FINS))

@@ -8,9 +8,9 @@ _TRUNK = loft(
     [
         (-0.044, MIDDLE, 0.0055, 0.0052),
         (-0.034, MIDDLE, 0.0058, 0.0052),
-        (-0.016, MIDDLE, 0.0100, 0.0056),
-        (0.006, MIDDLE, 0.0168, 0.0092),
-        (0.026, MIDDLE, 0.0172, 0.0102),
+        (-0.016, MIDDLE, 0.0090, 0.0056),
+        (0.006, MIDDLE, 0.0148, 0.0092),
+        (0.026, MIDDLE, 0.0152, 0.0102),
         (0.040, MIDDLE, 0.0120, 0.0082),
         (0.047, MIDDLE, 0.0070, 0.0050),
         (0.050, MIDDLE, 0.0, 0.0),
@@ -36,7 +36,7 @@ _FINS = above_and_below(
 _SIDE_FINS = mirrored(ellipsoid((0.0125, MIDDLE, 0.0085), (0.009, 0.0045, 0.0045)))
 
 
-@register(Kind.DESIGN, "fish", version=7, tags=("animal", "water"))
+@register(Kind.DESIGN, "fish", version=8, tags=("animal", "water"))
 def fish(*, length: float = SWIMMER_LENGTH) -> Animal:
     """A swimmer that bends from side to side in a wave, 0.15 m long, with eight muscles.
 

@@ -47,17 +47,18 @@ _BACK_FIN = BodyPart(
     ),
     stiffness=0.05,
 )
-# level with the middle: where they droop, the orca dives; and behind it, see the fins of the fish
+# level with the middle: where they droop, the orca dives; and far behind it, as it pitches, on each grid otherwise,
+# with flippers at the middle of its length
 _FLIPPERS = mirrored(
     fin(
-        Plane((-0.009, MIDDLE, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+        Plane((-0.018, MIDDLE, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
         [(0.009, 0.0), (0.004, 0.0175), (0.0, 0.0206), (-0.006, 0.0206), (-0.008, 0.0165), (-0.006, 0.0)],
         TAIL,
     )
 )
 
 
-@register(Kind.DESIGN, "orca", version=10, tags=("primitive", "water"))
+@register(Kind.DESIGN, "orca", version=11, tags=("primitive", "water"))
 def orca(*, length: float = SWIMMER_LENGTH, paired: bool = False) -> Animal:
     """A whale that beats its flat tail up and down in a wave, 0.15 m long, with eight muscles.
 

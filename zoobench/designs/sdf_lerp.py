@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 _TEMPERATURE = 0.15  # of the sigmoid [particle spacings]: occupancy 0.1 % one spacing outside the surface
 
 
-@register(Kind.DESIGN, "sdf-lerp", version=7, tags=("space",))
+@register(Kind.DESIGN, "sdf-lerp", version=8, tags=("space",))
 def sdf_lerp(
     *,
     primitives: str = DEFAULT_PRIMITIVES,

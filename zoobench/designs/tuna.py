@@ -6,11 +6,11 @@ from zoobench.registry import Kind, register
 
 _TRUNK = loft(
     [
-        (-0.044, MIDDLE, 0.0048, 0.0050),
-        (-0.034, MIDDLE, 0.0048, 0.0052),
-        (-0.016, MIDDLE, 0.0088, 0.0056),
-        (0.004, MIDDLE, 0.0160, 0.0096),
-        (0.022, MIDDLE, 0.0168, 0.0104),
+        (-0.044, MIDDLE, 0.0050, 0.0060),
+        (-0.034, MIDDLE, 0.0052, 0.0064),
+        (-0.016, MIDDLE, 0.0092, 0.0073),
+        (0.004, MIDDLE, 0.0160, 0.0110),
+        (0.022, MIDDLE, 0.0168, 0.0118),
         (0.036, MIDDLE, 0.0118, 0.0083),
         (0.046, MIDDLE, 0.0065, 0.0050),
         (0.050, MIDDLE, 0.0, 0.0),
@@ -18,9 +18,9 @@ _TRUNK = loft(
 )
 _TAIL_FIN = fin(
     UPRIGHT,
-    [(-0.034, MIDDLE), (-0.0385, MIDDLE + 0.0064), (-0.0445, MIDDLE + 0.0162), (-0.050, MIDDLE + 0.0162),
-     (-0.0475, MIDDLE + 0.0068), (-0.0465, MIDDLE), (-0.0475, MIDDLE - 0.0068), (-0.050, MIDDLE - 0.0162),
-     (-0.0445, MIDDLE - 0.0162), (-0.0385, MIDDLE - 0.0064)],
+    [(-0.034, MIDDLE), (-0.0385, MIDDLE + 0.0064), (-0.0445, MIDDLE + 0.0190), (-0.050, MIDDLE + 0.0190),
+     (-0.0475, MIDDLE + 0.0068), (-0.0465, MIDDLE), (-0.0475, MIDDLE - 0.0068), (-0.050, MIDDLE - 0.0190),
+     (-0.0445, MIDDLE - 0.0190), (-0.0385, MIDDLE - 0.0064)],
     TAIL,
 )  # fmt: skip
 # of back and belly, one as the other, so that it is not by one that the tuna dives or rolls; behind the middle, as
@@ -28,7 +28,7 @@ _TAIL_FIN = fin(
 _FINS = above_and_below(
     fin(
         UPRIGHT,
-        [(0.003, MIDDLE + 0.008), (-0.005, MIDDLE + 0.0208), (-0.017, MIDDLE + 0.0208), (-0.019, MIDDLE + 0.004)],
+        [(0.003, MIDDLE + 0.008), (-0.005, MIDDLE + 0.0208), (-0.022, MIDDLE + 0.0208), (-0.024, MIDDLE + 0.004)],
         TAIL,
     ),
     MIDDLE,
@@ -36,7 +36,7 @@ _FINS = above_and_below(
 _SIDE_FINS = mirrored(ellipsoid((0.012, MIDDLE, 0.0085), (0.009, 0.0045, 0.0045)))
 
 
-@register(Kind.DESIGN, "tuna", version=8, tags=("primitive", "water"))
+@register(Kind.DESIGN, "tuna", version=9, tags=("primitive", "water"))
 def tuna(*, length: float = SWIMMER_LENGTH) -> Animal:
     """A spindle with a sickle-shaped tail fin on a narrow stem, 0.15 m long, with eight muscles.
 
