@@ -178,8 +178,10 @@ def test_gradients_reach_empty_places_by_the_surface(name: str) -> None:
     raw = space.form(parameters, body)
     form, _ = feasible(raw, body, connected=True)
     solid = raw.occupancy[0].detach().numpy() > 0.5
+    # animals share the tip of the snout, about which no coefficient changes anything
+    differs = np.ptp(space.form(draws(space, body, 3), body).occupancy.detach().numpy(), axis=0) > 1e-9
     near = KDTree(body.positions[solid]).query(body.positions)[0] < 1.1 * body.edge
-    surface = np.flatnonzero(near & ~solid)
+    surface = np.flatnonzero(near & ~solid & differs)
     assert len(surface) > 3
     for particle in surface[:: max(1, len(surface) // 12)]:  # a dozen, evenly spread: each takes a backward pass
         (gradient,) = torch.autograd.grad(form.occupancy[0, particle], parameters, retain_graph=True)

@@ -6,11 +6,11 @@ from zoobench.registry import Kind, register
 
 _TRUNK = loft(
     [
-        (-0.044, MIDDLE, 0.0085, 0.0054),
-        (-0.035, MIDDLE, 0.0085, 0.0058),
-        (-0.016, MIDDLE, 0.0128, 0.0066),
-        (0.002, MIDDLE, 0.0172, 0.0102),
-        (0.020, MIDDLE, 0.0178, 0.0110),
+        (-0.044, MIDDLE, 0.0085, 0.0052),
+        (-0.035, MIDDLE, 0.0085, 0.0055),
+        (-0.016, MIDDLE, 0.0128, 0.0061),
+        (0.002, MIDDLE, 0.0172, 0.0100),
+        (0.020, MIDDLE, 0.0178, 0.0107),
         (0.036, MIDDLE, 0.0140, 0.0084),
         (0.046, MIDDLE, 0.0085, 0.0050),
         (0.050, MIDDLE, 0.0, 0.0),
@@ -37,7 +37,7 @@ _FINS = above_and_below(
 _SIDE_FINS = mirrored(
     fin(
         Plane((0.010, MIDDLE, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
-        [(0.008, 0.0), (0.006, 0.0120), (0.000, 0.0160), (-0.006, 0.0160), (-0.010, 0.0110), (-0.008, 0.0)],
+        [(0.008, 0.0), (0.006, 0.0102), (0.000, 0.0136), (-0.006, 0.0136), (-0.010, 0.0093), (-0.008, 0.0)],
         TAIL,
     )
 )
@@ -50,7 +50,7 @@ def clownfish(*, length: float = SWIMMER_LENGTH) -> Animal:
     Flank fibres run along the whole body but the snout, in four segments on each side. Fins have no muscle; that of
     the tail is twice as stiff as muscle, and the others are half as stiff, so that they brace the trunk less.
 
-    * `length`: of the whole body [m]; it is 0.42 times as high and 0.32 times as wide, fins included.
+    * `length`: of the whole body [m]; it is 0.42 times as high and 0.28 times as wide, fins included.
     """
     trunk = myomeres(_TRUNK)
-    return swimmer(length, 0.0417, 0.0322, trunk, *stiff(_TAIL_FIN), *soft(_FINS, _SIDE_FINS))
+    return swimmer(length, 0.0417, 0.0276, trunk, *stiff(_TAIL_FIN), *soft(_FINS, _SIDE_FINS))

@@ -18,8 +18,8 @@ _TRUNK = loft(
 )
 _TAIL_FIN = fin(
     UPRIGHT,
-    [(-0.030, MIDDLE), (-0.034, MIDDLE + 0.0056), (-0.043, MIDDLE + 0.015), (-0.050, MIDDLE + 0.015), (-0.046, MIDDLE),
-     (-0.050, MIDDLE - 0.015), (-0.043, MIDDLE - 0.015), (-0.034, MIDDLE - 0.0056)],
+    [(-0.030, MIDDLE), (-0.034, MIDDLE + 0.0056), (-0.043, MIDDLE + 0.013), (-0.050, MIDDLE + 0.013), (-0.046, MIDDLE),
+     (-0.050, MIDDLE - 0.013), (-0.043, MIDDLE - 0.013), (-0.034, MIDDLE - 0.0056)],
     TAIL,
 )  # fmt: skip
 # of back and belly, one as the other, so that it is not by one that the fish dives or rolls; behind the middle, as

@@ -19,9 +19,9 @@ _TRUNK = loft(
 # with equal lobes: a longer one above would make it dive
 _TAIL_FIN = fin(
     UPRIGHT,
-    [(-0.033, MIDDLE), (-0.0335, MIDDLE + 0.003), (-0.039, MIDDLE + 0.009), (-0.0455, MIDDLE + 0.0158),
-     (-0.050, MIDDLE + 0.0158), (-0.0485, MIDDLE + 0.008), (-0.047, MIDDLE), (-0.0485, MIDDLE - 0.008),
-     (-0.050, MIDDLE - 0.0158), (-0.0455, MIDDLE - 0.0158), (-0.039, MIDDLE - 0.009), (-0.0335, MIDDLE - 0.003)],
+    [(-0.033, MIDDLE), (-0.0335, MIDDLE + 0.003), (-0.039, MIDDLE + 0.0071), (-0.0455, MIDDLE + 0.0125),
+     (-0.050, MIDDLE + 0.0125), (-0.0485, MIDDLE + 0.0063), (-0.047, MIDDLE), (-0.0485, MIDDLE - 0.0063),
+     (-0.050, MIDDLE - 0.0125), (-0.0455, MIDDLE - 0.0125), (-0.039, MIDDLE - 0.0071), (-0.0335, MIDDLE - 0.003)],
     TAIL,
 )  # fmt: skip
 # of back and belly, one as the other, so that it is not by one that the shark dives or rolls; behind the middle, as
@@ -29,7 +29,7 @@ _TAIL_FIN = fin(
 _FINS = above_and_below(
     fin(
         UPRIGHT,
-        [(0.0035, MIDDLE + 0.008), (-0.0065, MIDDLE + 0.0180), (-0.0135, MIDDLE + 0.0180), (-0.0185, MIDDLE + 0.004)],
+        [(0.0035, MIDDLE + 0.0063), (-0.0065, MIDDLE + 0.0180), (-0.0135, MIDDLE + 0.0180), (-0.0185, MIDDLE + 0.004)],
         TAIL,
     ),
     MIDDLE,
@@ -37,7 +37,7 @@ _FINS = above_and_below(
 _SIDE_FINS = mirrored(
     fin(
         Plane((0.004, MIDDLE, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
-        [(0.007, 0.0), (0.004, 0.008), (-0.004, 0.0125), (-0.009, 0.0125), (-0.007, 0.006), (-0.006, 0.0)],
+        [(0.007, 0.0), (0.004, 0.0063), (-0.004, 0.0125), (-0.009, 0.0125), (-0.007, 0.006), (-0.006, 0.0)],
         TAIL,
     )
 )

@@ -6,11 +6,11 @@ from zoobench.registry import Kind, register
 
 _TRUNK = loft(
     [
-        (-0.044, MIDDLE, 0.0050, 0.0060),
-        (-0.034, MIDDLE, 0.0052, 0.0064),
-        (-0.016, MIDDLE, 0.0092, 0.0073),
-        (0.004, MIDDLE, 0.0160, 0.0110),
-        (0.022, MIDDLE, 0.0168, 0.0118),
+        (-0.044, MIDDLE, 0.0066, 0.0056),
+        (-0.034, MIDDLE, 0.0070, 0.0060),
+        (-0.016, MIDDLE, 0.0110, 0.0068),
+        (0.004, MIDDLE, 0.0160, 0.0104),
+        (0.022, MIDDLE, 0.0168, 0.0112),
         (0.036, MIDDLE, 0.0118, 0.0083),
         (0.046, MIDDLE, 0.0065, 0.0050),
         (0.050, MIDDLE, 0.0, 0.0),
@@ -36,7 +36,7 @@ _FINS = above_and_below(
 _SIDE_FINS = mirrored(ellipsoid((0.012, MIDDLE, 0.0085), (0.009, 0.0045, 0.0045)))
 
 
-@register(Kind.DESIGN, "tuna", version=9, tags=("primitive", "water"))
+@register(Kind.DESIGN, "tuna", version=8, tags=("primitive", "water"))
 def tuna(*, length: float = SWIMMER_LENGTH) -> Animal:
     """A spindle with a sickle-shaped tail fin on a narrow stem, 0.15 m long, with eight muscles.
 
