@@ -33,7 +33,7 @@ def test_nothing_said_is_all_of_it(laptop: Suite) -> None:
     ("words", "count"),
     [
         ({"env": "ground,sn*"}, 2 * 16 * 12),
-        ({"task": "turning", "design": "fish-v7"}, 7 * 12),
+        ({"task": "turning", "design": "fish-v8"}, 7 * 12),
         ({"method": "diffphysics[restarts=1]", "controller": "sine*"}, 112 * 3),
         ({"method": "*[batch=10],cma*"}, 112 * 9),
         ({"seeds": (2, 0)}, 112 * 8),

@@ -36,7 +36,7 @@ _FINS = above_and_below(
 _SIDE_FINS = mirrored(ellipsoid((0.012, MIDDLE, 0.0085), (0.009, 0.0045, 0.0045)))
 
 
-@register(Kind.DESIGN, "tuna", version=8, tags=("primitive", "water"))
+@register(Kind.DESIGN, "tuna", version=9, tags=("primitive", "water"))
 def tuna(*, length: float = SWIMMER_LENGTH) -> Animal:
     """A spindle with a sickle-shaped tail fin on a narrow stem, 0.15 m long, with eight muscles.
 
