@@ -21,7 +21,7 @@ from zoobench.gym.worlds import problem_of
 FRAMES = 200
 CELLS = (
     ("ground", "movement-speed"), ("ground", "turning"), ("ground", "velocity-tracking"),
-    ("ground", "waypoint-following"), ("desert", "turning"), ("ocean", "turning"),
+    ("ground", "waypoint-following"), ("desert", "turning"), ("ocean[water=grid]", "turning"),
 )  # fmt: skip
 
 

@@ -34,7 +34,7 @@ PAGES = (
 
 _PLACES = {
     "ground": "ground", "ice": "ice", "desert": "sand", "snow": "snow", "clay": "clay", "wetland": "mud",
-    "ocean": "ocean, water on a grid", "ocean[water=surface]": "ocean, forces on the surface",
+    "ocean": "ocean", "ocean[water=grid]": "ocean, water on a grid",
 }  # fmt: skip
 _LEVELS = ("draft", "standard", "paper")
 _TASKS = {"movement-speed": "moving", "turning": "turning"}

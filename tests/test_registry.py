@@ -84,6 +84,19 @@ def test_an_added_parameter_with_another_value_is_stated() -> None:
     assert registry.create(Kind.ENV, moon) == 1.0
 
 
+def test_a_reference_means_what_it_meant_before_a_default_changed() -> None:
+    """With a version it leaves out the value that was, without one the default, which is stated."""
+    _moor(was={"gravity": 2.0})
+    stored, usual = Ref.parse("moor-v1[depth=0.5]"), registry.resolve(Kind.ENV, Ref("moor"))
+    assert registry.resolve(Kind.ENV, stored) == stored
+    assert registry.create(Kind.ENV, stored) == 1.0
+    assert short(Kind.ENV, stored) == "moor[gravity=2.0]"
+    assert registry.resolve(Kind.ENV, Ref.parse("moor[gravity=2]")) == stored
+    assert str(usual) == "moor-v1[depth=0.5,gravity=9.81]"
+    assert registry.create(Kind.ENV, usual) == 0.5 * 9.81
+    assert short(Kind.ENV, usual) == "moor"
+
+
 @dataclass(frozen=True, kw_only=True)
 class _Weather:
     """The weather.

@@ -106,7 +106,8 @@ def load(location: str | Path) -> "Frames":
 
     def defaults(axis: str, ref: "Ref") -> "Mapping[str, Scalar]":
         try:
-            return registry.get(KINDS[axis], ref.name, ref.version).defaults
+            component = registry.get(KINDS[axis], ref.name, ref.version)
+            return {**component.defaults, **component.added}  # what a stored reference leaves out
         except UsageError:  # of a version, or of a plug-in, that is gone
             return {}
 

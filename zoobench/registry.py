@@ -74,7 +74,8 @@ class Component:
         defaults: of the parameters that have one.
         parameters: the annotated type of every parameter.
         groups: the dataclasses with the defaults of parameters that components share, by the factory's parameter.
-        added: parameters that earlier versions of the package did not have; see `register`.
+        added: parameters that earlier versions of the package did not have, with the values that they left them; see
+            `register`.
         provisional: why its scores are provisional, in a sentence; empty if they are not.
         unless: parameters with which they are not; None for none.
         extra: of zoobench without which it cannot run; empty for none.
@@ -89,7 +90,7 @@ class Component:
     defaults: Mapping[str, Scalar]
     parameters: Mapping[str, Any]
     groups: Mapping[str, Any]
-    added: frozenset[str]
+    added: Mapping[str, Scalar]
     provisional: str = ""
     unless: Mapping[str, Scalar] | None = None
     extra: str = ""
@@ -125,8 +126,13 @@ class Component:
         """The docstrings of the factory and of the groups."""
         return "\n\n".join(inspect.getdoc(item) or "" for item in (self.factory, *map(type, self.groups.values())))
 
-    def make(self, values: Mapping[str, Scalar]) -> Any:
-        """Call the factory with these values of the parameters; a group's own defaults are those of the component."""
+    def stated(self, ref: Ref) -> dict[str, Scalar]:
+        """The parameters of a reference, and what one with a version leaves out: added ones."""
+        return {**(self.added if ref.version else {}), **ref.kwargs}
+
+    def make(self, ref: Ref) -> Any:
+        """Call the factory with the parameters of a reference; a group's own defaults are those of the component."""
+        values = self.stated(ref)
         arguments: dict[str, Any] = dict(values)
         for name, group in self.groups.items():
             own = {item.name: arguments.pop(item.name) for item in fields(group) if item.name in values}
@@ -139,12 +145,12 @@ class Component:
         return self.ref_with({})
 
     def ref_with(self, given: Mapping[str, Scalar]) -> Ref:
-        """The reference that states all parameters, those not given by their default, but no added one at its default.
+        """The reference that states all parameters, those not given by their default, but no added one as it was.
 
         So the key of a run is that of the package's versions without the parameter.
         """
         stated = {**self.defaults, **given}
-        left_out = {key for key in self.added if stated[key] == self.defaults[key]}
+        left_out = {key for key, was in self.added.items() if stated[key] == was}
         return Ref(self.name, self.version, tuple(sorted(item for item in stated.items() if item[0] not in left_out)))
 
 
@@ -180,6 +186,7 @@ def register(
     version: int = 1,
     tags: tuple[str, ...] = (),
     added: tuple[str, ...] = (),
+    was: Mapping[str, Scalar] | None = None,
     provisional: str = "",
     unless: Mapping[str, Scalar] | None = None,
     extra: str = "",
@@ -189,7 +196,8 @@ def register(
     Increase `version` whenever the component's numbers change: results of different versions are never mixed. Name in
     `added` the parameters, or groups of them, that it did not have when this version was first published, with defaults
     that leave its numbers as they were: while they have their default, references and keys of runs are those without
-    them. Parameters that name a stored run are always treated so. `provisional` says in a sentence why scores are not
+    them. `was` names added parameters with another default by now, with the values that leave the numbers as they were.
+    Parameters that name a stored run are always added ones. `provisional` says in a sentence why scores are not
     yet what they are called, but for those with the parameters `unless`; every report of them repeats it. `extra` is
     the one of zoobench without whose libraries its runs are skipped.
 
@@ -209,7 +217,7 @@ def register(
                 f"The {kind.noun} {name!r} version {version} is registered already, by {other.__module__}."
                 f"{other.__qualname__}. Choose another name or increase the version."
             )
-        component = _describe(kind, name, version, factory, frozenset(tags), frozenset(added))
+        component = _describe(kind, name, version, factory, frozenset(tags), frozenset(added), was or {})
         _components[kind].setdefault(name, {})[version] = replace(
             component, provisional=provisional, unless=unless, extra=extra
         )
@@ -260,8 +268,8 @@ def short(kind: Kind, ref: Ref) -> str:
     component = versions.get(ref.version or max(versions, default=0))
     if component is None:
         return ref.name
-    defaults = component.defaults
-    return str(Ref(ref.name, 0, tuple((key, value) for key, value in ref.params if defaults.get(key) != value)))
+    stated = sorted(component.stated(ref).items())
+    return str(Ref(ref.name, 0, tuple((key, value) for key, value in stated if component.defaults.get(key) != value)))
 
 
 def resolve(kind: Kind, ref: Ref) -> Ref:
@@ -272,7 +280,7 @@ def resolve(kind: Kind, ref: Ref) -> Ref:
         UsageError: unknown version, a value of the wrong type, or a required parameter missing.
     """
     component = get(kind, ref.name, ref.version)
-    given = {key: _coerce(component, key, value) for key, value in ref.params}
+    given = component.stated(ref) | {key: _coerce(component, key, value) for key, value in ref.params}
     missing = [key for key in component.parameters if key not in given and key not in component.defaults]
     if missing:
         raise UsageError(f"{kind.noun.capitalize()} {ref.name!r} needs a value: write {ref.name}[{missing[0]}=...].")
@@ -290,7 +298,7 @@ def caveat(kind: Kind, ref: Ref) -> str:
     if not later:
         return ""
     component = versions[min(later)]
-    if component.unless and component.unless.items() <= {**component.defaults, **ref.kwargs}.items():
+    if component.unless and component.unless.items() <= {**component.defaults, **component.stated(ref)}.items():
         return ""
     return component.provisional
 
@@ -305,13 +313,13 @@ def create(kind: Kind, ref: Ref) -> Any:
     """
     resolved = resolve(kind, ref)
     component = get(kind, resolved.name, resolved.version)
-    return _design(component.factory, resolved) if kind is Kind.DESIGN else component.make(resolved.kwargs)
+    return _design(component.factory, resolved) if kind is Kind.DESIGN else component.make(resolved)
 
 
 @lru_cache(maxsize=64)
 def _design(factory: Callable[..., Any], ref: Ref) -> Any:
     """A design; the factory is part of the key, as a name may be registered anew."""
-    return get(Kind.DESIGN, ref.name, ref.version).make(ref.kwargs)
+    return get(Kind.DESIGN, ref.name, ref.version).make(ref)
 
 
 def failures() -> list[PluginFailure]:
@@ -322,12 +330,13 @@ def failures() -> list[PluginFailure]:
 
 
 def _describe(
-    kind: Kind, name: str, version: int, factory: Callable[..., Any], tags: frozenset[str], added: frozenset[str]
-) -> Component:
+    kind: Kind, name: str, version: int, factory: Callable[..., Any], tags: frozenset[str], added: frozenset[str],
+    was: Mapping[str, Scalar],
+) -> Component:  # fmt: skip
     defaults: dict[str, Scalar] = {}
     parameters: dict[str, Any] = {}
     groups: dict[str, Any] = {}
-    later = set(added)
+    later = {*added, *was}
     for key, expected, default, group in _parameters(kind, name, factory):
         if key in parameters:
             raise UsageError(f"The {kind.noun} {name!r} has two parameters {key!r}. Rename one of them.")
@@ -347,7 +356,8 @@ def _describe(
     if unknown := sorted(later - defaults.keys()):
         raise UsageError(f"{name!r} has no parameter {unknown[0]!r} with a default that could be an added one.")
     summary = (inspect.getdoc(factory) or "").partition("\n")[0]
-    return Component(kind, name, version, factory, summary, tags, defaults, parameters, groups, frozenset(later))
+    left_out = {key: was.get(key, defaults[key]) for key in sorted(later)}
+    return Component(kind, name, version, factory, summary, tags, defaults, parameters, groups, left_out)
 
 
 class _Parameter(NamedTuple):

@@ -41,7 +41,7 @@ def test_a_fidelity_that_water_by_forces_is_not_simulated_with_is_refused() -> N
     assert "particles_per_cell=8 or 27" in firm_ground_fault(
         cell(environment=SEA, fidelity="smoke[particles_per_cell=1]")
     )
-    assert not firm_ground_fault(cell(environment="ocean", fidelity="smoke[particles_per_cell=1]"))
+    assert not firm_ground_fault(cell(environment="ocean[water=grid]", fidelity="smoke[particles_per_cell=1]"))
 
 
 @pytest.mark.parametrize("setting", ["kernel=cubic", "transfer=apic", "medium_transfer=pic", "sleep=0"])
@@ -49,7 +49,7 @@ def test_settings_of_a_fidelity_without_effect_in_water_by_forces_are_refused(se
     """They would make another run with the same result; at their defaults, and elsewhere, they are fine."""
     fidelity = f"smoke[{setting}]"
     assert f"{setting} has no effect" in firm_ground_fault(cell(environment=SEA, fidelity=fidelity)).replace("0.0", "0")
-    assert not firm_ground_fault(cell(environment="ocean", fidelity=fidelity))
+    assert not firm_ground_fault(cell(environment="ocean[water=grid]", fidelity=fidelity))
 
 
 @pytest.mark.parametrize("setting", ["kernel=quadratic,transfer=aflip", "courant=0.5", "shift=0.3", "precision=64"])

@@ -91,9 +91,7 @@ def test_a_fixed_body_of_soft_matter_has_weaker_muscles() -> None:
 
 def test_soft_matter_outlives_muscles_that_push_at_full_strength() -> None:
     """A block in water, as soft as can be, all of whose muscles push: it lengthened without bound."""
-    spec = cell(
-        environment="ocean[water=surface]", design="voxel[optimise=stiffness]", controller="trajectory", frames=40
-    )
+    spec = cell(environment="ocean", design="voxel[optimise=stiffness]", controller="trajectory", frames=40)
     problem = Problem(spec)
     parameters = np.full(problem.parameter_count, -9.0)  # full activity, the least stiffness
     assert problem.evaluate(parameters).failure is None

@@ -55,7 +55,7 @@ def test_what_has_room_is_not_refused(environment: str, design: str) -> None:
     [
         ("ground", "block", "smoke[step=0.004]", "2.24 of the largest stable one"),
         ("ground", "voxel", "smoke[step=0.004]", "Ask for 0.00089 s, or for none"),
-        ("ocean[water=surface]", "block", "smoke[step=0.007]", "The robot sets the limit"),
+        ("ocean", "block", "smoke[step=0.007]", "The robot sets the limit"),
         ("ground", "caterpillar", "smoke[grid_spacing=0.3]", "shorter than a cell of 0.3 m"),
     ],
 )

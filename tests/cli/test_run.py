@@ -121,7 +121,7 @@ def test_the_cpu_is_no_other_fidelity(zoobench: Command) -> None:
 def test_water_on_a_grid_is_not_for_a_gpu(zoobench: Command) -> None:
     """The plan says so; water of particles is, and water by forces on the surface."""
     words = ("--task", "turning", "--method", "random", "--seeds", "1", "--device", "cuda")
-    assert "'ocean' is full of it" in zoobench("run", "--dry-run", "--env", "ocean", *words).err
+    assert "'ocean' is full of it" in zoobench("run", "--dry-run", "--env", "ocean[water=grid]", *words).err
     for water in ("particles", "surface"):
         assert "full of it" not in zoobench("run", "--dry-run", "--env", f"ocean[water={water}]", *words).err
 
@@ -302,7 +302,7 @@ def test_on_ray_the_pool_knows_what_a_run_takes(zoobench: Command, monkeypatch: 
 def test_a_robot_in_its_rest_frame_is_refused_in_a_bed(zoobench: Command) -> None:
     """With the reason, before anything is simulated; beside firm ground it is left out."""
     words = ("--task", "turning", "--method", "random", "--seeds", "1", "--fidelity", "smoke[robot=lagrangian]")
-    reply = zoobench("run", "--env", "desert,ocean", *words)
+    reply = zoobench("run", "--env", "desert,ocean[water=grid]", *words)
     assert reply.code == 2
     assert "moves on firm ground and in water by forces on its surface alone, and 'desert' has a bed" in reply.err
     assert "'ocean' has a bed, other water, an object or an obstacle" in reply.err

@@ -4,11 +4,11 @@ from zoobench.testing import small_cell as cell
 
 __all__ = ["POND", "SEA", "TANK", "cell"]
 
-POND = "ocean[depth=0.09375,length=0.1875,width=0.125,bulk_modulus=20000]"
+POND = "ocean[water=grid,depth=0.09375,length=0.1875,width=0.125,bulk_modulus=20000]"
 """The ocean in little, and soft, so that its steps are long: whatever swims in it is at rest in a fraction of the
 time."""
 
-SEA = "ocean[water=surface]"
+SEA = "ocean"
 """Water by forces on the surface, which is as large for every body."""
 
 TANK = "shallow-water[length=0.3125,width=0.1875]"

@@ -22,5 +22,6 @@ def made(name: str) -> Environment:
 def solver_of(name: str, fidelity: Fidelity, body: Body | None = None) -> Solver:
     """A solver that starts from the equilibrated state, of the caterpillar if no body is given."""
     env = made(name)
+    fidelity = env.simulated(fidelity)
     scene = env.scene(body or Caterpillar().body(fidelity), fidelity)
     return Solver(scene, fidelity, start=equilibrated(scene, fidelity, env.equilibration_frames))

@@ -218,7 +218,7 @@ def test_water_makes_room_for_the_robot(name: str) -> None:
 
 def test_the_swimmer_is_clear_of_floor_and_surface() -> None:
     """It floats at half the depth of water at least 2.5 times as deep as it is tall."""
-    env = made("ocean")
+    env = made("ocean[water=grid]")
     scene = env.scene(Caterpillar().body(QUICK), QUICK)
     heights = scene.robot.positions[:, 1]
     assert env.arena[1] >= 2.5 * np.ptp(heights)

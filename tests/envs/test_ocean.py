@@ -28,7 +28,7 @@ def _body(design: str, fidelity: Fidelity) -> Body:
 
 def test_water_by_forces_has_its_robot_in_its_rest_frame() -> None:
     """Whatever the fidelity says, on a GPU, too; the others leave it as it is."""
-    surface = _made("ocean[water=surface]")
+    surface = _made("ocean")
     assert surface.simulated(SMOKE).robot == "lagrangian"
     assert _made("ocean[water=grid]").simulated(SMOKE) is SMOKE
     assert surface.simulated(Fidelity(1 / 32, device="cuda")).device == "cuda"
@@ -40,7 +40,7 @@ def test_water_by_forces_has_its_robot_in_its_rest_frame() -> None:
 @pytest.mark.slow
 def test_water_by_forces_has_no_bounds() -> None:
     """There is no ground, and bodies of any height float in the middle of the picture."""
-    env = _made("ocean[water=surface]")
+    env = _made("ocean")
     scene = env.scene(_body("panda[length=0.4]", env.simulated(SMOKE)), env.simulated(SMOKE))
     assert scene.ground is None
     assert scene.follows
@@ -53,10 +53,12 @@ def test_water_by_forces_has_no_bounds() -> None:
 def test_ground_is_refused_where_water_has_none(setting: str) -> None:
     """With the water that has one."""
     with pytest.raises(UsageError, match="use water=particles"):
-        _made(f"ocean[water=surface,{setting}]")
+        _made(f"ocean[{setting}]")
 
 
-@pytest.mark.parametrize(("setting", "remedy"), [("water=surface,onset=-1", "Give 0 or more"), ("onset=0.1", "alone")])
+@pytest.mark.parametrize(
+    ("setting", "remedy"), [("water=surface,onset=-1", "Give 0 or more"), ("water=grid,onset=0.1", "alone")]
+)
 def test_an_onset_is_refused_where_there_is_none(setting: str, remedy: str) -> None:
     """It is a time, and one of water by forces on the surface."""
     with pytest.raises(UsageError, match=remedy):
@@ -66,7 +68,7 @@ def test_an_onset_is_refused_where_there_is_none(setting: str, remedy: str) -> N
 @pytest.mark.slow
 def test_a_current_takes_a_robot_along() -> None:
     """One that does not move its muscles drifts with it in the end."""
-    env = _made("ocean[water=surface,current=0.3]")
+    env = _made("ocean[current=0.3]")
     fidelity = env.simulated(SMOKE)
     solver = Solver(env.scene(_body("block", fidelity), fidelity), fidelity)
     moved = solver.run(np.zeros((100, 1, solver.muscle_count))).positions[[0, -1], 0].mean(axis=1)
@@ -91,19 +93,19 @@ def test_a_current_takes_a_robot_along() -> None:
 def test_a_current_that_tears_bodies_and_settings_without_effect_are_refused(setting: str, remedy: str) -> None:
     """A current that is too fast is not simulated until all is NaN, and no setting is ignored in silence."""
     with pytest.raises(UsageError, match=remedy):
-        _made(f"ocean[water=surface,{setting}]")
+        _made(f"ocean[{setting}]")
 
 
 def test_settings_at_their_defaults_and_those_of_other_water_are_not_refused() -> None:
     """What a run's reference holds without being typed stays as it was."""
-    _made("ocean[water=surface,depth=0.15625,length=0.4375,width=0.1875,bulk_modulus=1e5,tait_exponent=7,viscosity=0]")
+    _made("ocean[depth=0.15625,length=0.4375,width=0.1875,bulk_modulus=1e5,tait_exponent=7,viscosity=0]")
     _made("ocean[water=particles,depth=0.3,length=1,width=1,bulk_modulus=2e5,tait_exponent=3,viscosity=5]")
 
 
 def test_impossible_water_on_a_grid_is_refused_with_the_environment() -> None:
     """And not when its first run begins."""
     with pytest.raises(SceneError, match="viscosity of 0 or more"):
-        _made("ocean[viscosity=-1]")
+        _made("ocean[water=grid,viscosity=-1]")
 
 
 def test_the_reason_why_scores_are_provisional_says_of_which_water() -> None:

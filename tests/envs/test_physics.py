@@ -131,10 +131,10 @@ def test_waves_are_slower_under_weak_gravity() -> None:
         ("snow[critical_compression=1]", "critical_compression is 1"),
         ("snow[critical_stretch=0]", "critical_stretch is 0"),
         ("desert[friction_angle=90]", "friction_angle is 90"),
-        ("ocean[density=300]", "too light for this water.*density of 500 kg/m.3 or more"),
-        ("ocean[medium_density=2500]", "density of 1250 kg/m.3 or more"),
-        ("ocean[water=surface,medium_density=-1]", "positive density"),
-        ("ocean[current=0.1]", "flows in water=surface alone"),
+        ("ocean[water=grid,density=300]", "too light for this water.*density of 500 kg/m.3 or more"),
+        ("ocean[water=grid,medium_density=2500]", "density of 1250 kg/m.3 or more"),
+        ("ocean[medium_density=-1]", "positive density"),
+        ("ocean[water=grid,current=0.1]", "flows in water=surface alone"),
         ("ocean[water=particles,tait_exponent=0]", "exponent is 0"),
         ("ocean[water=particles,gravity=80]", "compressed by 12 %"),
         ("ocean[water=particles,bulk_modulus=1e4]", "compressed by 15 %"),
@@ -148,7 +148,7 @@ def test_what_no_matter_is_like_is_refused_before_a_run_is_queued(text: str, tol
 
 def test_a_body_of_light_parts_is_refused_in_water_on_a_grid() -> None:
     """Of which a fish as light as is allowed does not diverge, idle."""
-    ocean: Environment = registry.create(Kind.ENV, Ref.parse(f"ocean[density={1000 * LIGHTEST:g}]"))
+    ocean: Environment = registry.create(Kind.ENV, Ref.parse(f"ocean[water=grid,density={1000 * LIGHTEST:g}]"))
     fidelity = Fidelity(1 / 32, precision=64)
     body = registry.create(Kind.DESIGN, Ref("fish")).body(fidelity)
     scene = ocean.scene(body, fidelity)

@@ -9,7 +9,7 @@ from zoobench.registry import Kind, names
 
 FRAMES = 100
 
-BETWEEN_WALLS = "ocean[width=0.078125]"
+BETWEEN_WALLS = "ocean[water=grid,width=0.078125]"
 """So narrow that the stencils of the body reach faces beyond its walls, which have next to no mass."""
 
 

@@ -64,7 +64,7 @@ def test_the_controllers_depend_neither_on_fidelity_nor_on_environment() -> None
     base = draw(cell(method="probe"))
     for other in (
         cell(method="probe[gradients=2]", fidelity="draft[precision=64]"),
-        cell(method="probe", environment="ocean[bulk_modulus=4e5]"),
+        cell(method="probe", environment="ocean[water=grid,depth=0.2]"),
     ):
         np.testing.assert_array_equal(draw(other), base)
     assert (draw(cell(method="probe", seed=1)) != base).all()

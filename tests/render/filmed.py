@@ -15,7 +15,7 @@ from zoobench.render.recording import Recording, Snapshot, snapshots
 from zoobench.spec import Ref, RunSpec
 from zoobench.testing import DOUBLE
 
-ENVS = ("ground", "ice", "desert", "clay", "wetland", "snow", "shallow-water", "ocean")
+ENVS = ("ground", "ice", "desert", "clay", "wetland", "snow", "shallow-water", "ocean[water=grid]")
 SLOW = ("clay", "wetland", "snow", "shallow-water")
 EACH_ENV = pytest.mark.parametrize(
     # the desert stands for the beds, and the ocean for waters: each compiles kernels of its own
@@ -50,7 +50,7 @@ def short_film() -> Film:
 @cache
 def smoke_snapshot(name: str) -> Snapshot:
     """An environment at rest, coarsely."""
-    (shot,) = snapshots([Ref(name)], fidelity=Ref.parse(DOUBLE))
+    (shot,) = snapshots([Ref.parse(name)], fidelity=Ref.parse(DOUBLE))
     return shot
 
 

@@ -27,7 +27,7 @@ MEDIA = {
     "clay": (0.72, 0.45, 0.34),
     "wetland": (0.46, 0.38, 0.27),
     "shallow-water": (0.36, 0.62, 0.88),
-    "ocean": (0.31, 0.34, 0.36),  # water that is looked through
+    "ocean[water=grid]": (0.31, 0.34, 0.36),  # water that is looked through
 }
 GROUND, ICE = (0.62, 0.59, 0.54), (0.74, 0.88, 0.96)
 
@@ -106,7 +106,7 @@ def test_files_are_one_for_each_environment_and_a_sheet(tmp_path: Path, monkeypa
     """Of the sheet's four tiles each shows the robot; it is a small file."""
     imageio = pytest.importorskip("imageio.v2")
     monkeypatch.setattr("zoobench.render.stills._SIZE", (160, 90))  # of the pictures beside the sheet, for speed
-    names = ("ground", "desert", "ice", "ocean")
+    names = ("ground", "desert", "ice", "clay")
     paths = list(draw_snapshots([smoke_snapshot(name) for name in names], tmp_path / "new"))
     assert [path.name for path in paths] == [*(f"{name}.png" for name in names), SHEET]
     assert all(imageio.imread(path).shape == (90, 160, 3) for path in paths[:-1])

@@ -19,7 +19,7 @@ def _drawing() -> None:
 
 def test_water_that_turns_is_lighter_to_the_left_and_darker_to_the_right() -> None:
     """The half of the layer at the robot's tail turns left here, the half before it right; the slower, the less."""
-    shot = smoke_snapshot("ocean")
+    shot = smoke_snapshot("ocean[water=grid]")
     assert shot.vorticity is not None
     spin = np.zeros_like(shot.vorticity)
     middle = spin.shape[1] // 2
@@ -45,7 +45,7 @@ def test_water_that_turns_is_lighter_to_the_left_and_darker_to_the_right() -> No
 
 def test_water_goes_with_the_arena_that_follows_the_robot() -> None:
     """Layer, sides and edges are drawn where the arena is at the moment."""
-    shot = smoke_snapshot("ocean")
+    shot = smoke_snapshot("ocean[water=grid]")
     assert shot.vorticity is not None
     way = (0.125, 0.0, -0.0625)
     moved = replace(shot, vorticity=np.repeat(shot.vorticity, 2, axis=0), offsets=np.array([(0.0, 0.0, 0.0), way]))

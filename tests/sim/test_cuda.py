@@ -29,7 +29,7 @@ def _episodes(scene: Scene, given: Fidelity) -> list[tuple[Rollout, Gradient]]:
 
 def _swimmer(given: Fidelity) -> Scene:
     """A fish in water by forces on its surface."""
-    environment: Environment = registry.create(Kind.ENV, Ref.parse("ocean[water=surface]"))
+    environment: Environment = registry.create(Kind.ENV, Ref.parse("ocean"))
     return environment.scene(registry.create(Kind.DESIGN, Ref("fish")).body(given), given)
 
 

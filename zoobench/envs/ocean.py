@@ -31,13 +31,13 @@ draft and standard one diverges in it, the orca at standard; at 40 the fish does
 _PROVISIONAL = (
     "of two gaits that turn at standard in water on a grid neither is known to be the better at paper: scores differ "
     "by 98 % (root mean square) from those there, and speeds by 39 %; swimmers go ahead by 0.14 lengths a beat at "
-    "most, real ones by 0.5. Scores in ocean[water=surface] are not provisional"
+    "most, real ones by 0.5. Scores in water by forces on the surface, the default, are not provisional"
 )
 
 
 @register(
     Kind.ENV, "ocean", version=15, tags=("water", "fluid"),
-    added=("water", "fluid", "hills", "profile", "physics", "current"),
+    added=("fluid", "hills", "profile", "physics", "current"), was={"water": "grid"},
     provisional=_PROVISIONAL, unless={"water": "surface"},
 )  # fmt: skip
 def ocean(
@@ -46,7 +46,7 @@ def ocean(
     length: float = _LENGTH,
     width: float = _WIDTH,
     bulk_modulus: float = _BULK_MODULUS,
-    water: Literal["grid", "particles", "surface"] = "grid",
+    water: Literal["surface", "grid", "particles"] = "surface",
     fluid: Water = FRESH_WATER,
     hills: Hills = LEVEL,
     profile: Profile = LEVEL_WAY,
@@ -54,17 +54,18 @@ def ocean(
     current: float = 0.0,
     onset: float = ONSET,
 ) -> Environment:
-    """Water three times as deep as a robot is tall, which floats in the middle.
-
-    Water on a grid is incompressible, flows with hardly any viscosity and fills a closed box with smooth walls, which
-    goes with the robot: it has neither surface nor weight, and a body feels gravity by as much as it is denser than
-    water. In a box of twice the size a fish's speed changes by 2 %. Water of particles is that of the published
-    benchmark: weakly compressible, with a surface, and as thick as syrup. Of a coasting fish's speed 70 % are left
-    after 10 ms in the former and 5 % in the latter, 80 to 90 % in real water.
+    """Deep water, in which a robot as dense as water floats.
 
     Water by forces on the surface (`surface`) has no bounds, no wake and no memory: each part of the robot's surface
     feels drag, lift and the inertia of the water that it moves (Lighthill 1960), which are the same on every grid. The
-    robot is in its rest frame then. Fish swim in it by 0.4 to 0.8 lengths a beat.
+    robot is in its rest frame then. Fish swim in it by 0.3 to 0.8 lengths a beat.
+
+    The others are three times as deep as a robot is tall. Water on a grid is incompressible, flows with hardly any
+    viscosity and fills a closed box with smooth walls, which goes with the robot: it has neither surface nor weight,
+    and a body feels gravity by as much as it is denser than water. In a box of twice the size a fish's speed changes by
+    2 %. Water of particles is that of the published benchmark: weakly compressible, with a surface, and as thick as
+    syrup. Of a coasting fish's speed 70 % are left after 10 ms in the former and 5 % in the latter, 80 to 90 % in real
+    water.
 
     A level floor has no friction; hills, slopes, steps and gaps are rough, so that water rests on them; water on a grid
     has none.
@@ -73,7 +74,7 @@ def ocean(
     * `length`, `width`: of water and arena along x and z, on a grid at least [m].
     * `bulk_modulus`: K of water of particles [Pa]. At 1e5 the water is compressed by 1.5 % at the bottom, and the speed
       of sound is 10 m/s.
-    * `water`: `grid`, `particles` or `surface` [-].
+    * `water`: `surface`, `grid` or `particles` [-].
     * `current`: steady velocity of water by forces on the surface, ahead [m/s]; at most 10 either way.
     * `onset`: time in which muscles come to full activity in water by forces on the surface [s]; 0 for at once. A full
       stroke from rest turns a swimmer, and on another grid by another angle, which it keeps.
@@ -98,14 +99,18 @@ def ocean(
             "either way."
         )
     if current and water != "surface":
-        raise UsageError(f"A current of {current:g} m/s flows in water=surface alone. Choose that, or leave it out.")
+        raise UsageError(
+            f"A current of {current:g} m/s flows in water=surface alone. Leave out the current, or water={water}."
+        )
     if not 0.0 <= onset < math.inf:
         raise UsageError(f"An onset of {onset:g} s is not possible. Give 0 or more.")
     if onset != ONSET and water != "surface":
-        raise UsageError(f"An onset of {onset:g} s is one of water=surface alone. Choose that, or leave it out.")
+        raise UsageError(
+            f"An onset of {onset:g} s is one of water=surface alone. Leave out the onset, or water={water}."
+        )
     if not is_level and water != "particles":
         raise UsageError(
-            "Water on a grid has a level floor, and water by forces on the surface has none. Leave out hills, slopes, "
+            "Water by forces on the surface has no floor, and water on a grid a level one. Leave out hills, slopes, "
             "steps and gaps, or use water=particles."
         )
     if water != "particles":

@@ -41,9 +41,9 @@ def test_of_stored_balances_the_newest_counts(tmp_path: Path) -> None:
 
 def test_a_label_says_what_is_not_the_default() -> None:
     """Level, then knob."""
-    one = sample("standard[courant=0.25]", {}, env="ocean[bulk_modulus=4e5]")
+    one = sample("standard[courant=0.25]", {}, env="ocean[water=particles,bulk_modulus=4e5]")
     assert short(Kind.FIDELITY, one.fidelity) == "standard[courant=0.25]"
-    assert short(Kind.ENV, one.env) == "ocean[bulk_modulus=400000.0]"
+    assert short(Kind.ENV, one.env) == "ocean[bulk_modulus=400000.0,water=particles]"
     assert stored(balance("draft[transfer=pic]", 0.1)).case == "ground draft[transfer=pic]"
 
 

@@ -9,7 +9,6 @@ import pytest
 from zoobench import registry
 from zoobench.envs.base import BED_THICKNESS
 from zoobench.registry import Kind
-from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.scene import Effect, Ground
 from zoobench.sim.solver import Solver
 from zoobench.spec import Ref
@@ -29,13 +28,14 @@ TABLE_6 = {
     "clay": ("clay", BED_THICKNESS, "high", "robot, medium", True, ""),
     "snow": ("snow", BED_THICKNESS, "high", "robot, medium", True, ""),
     "shallow-water": ("water", 0.042, "high", "robot", False, "shallow"),
-    "ocean": ("water", 0.15625, "", "robot", False, "deep"),
+    "ocean": ("water", None, "", "robot", False, "deep"),
+    "ocean[water=grid]": ("water", 0.15625, "", "robot", False, "deep"),
 }
 
 
 def _studied(name: str) -> StudiedScene:
     # at smoke the caterpillar has no particle above shallow water
-    return next(studied_scenes([Ref(name)], Ref("draft")))
+    return next(studied_scenes([Ref.parse(name)], Ref("draft")))
 
 
 @pytest.mark.parametrize(("name", "expected"), TABLE_6.items())
@@ -73,12 +73,13 @@ def test_a_bed_on_hills_is_as_thick_as_on_the_level() -> None:
 @pytest.mark.parametrize("name", list(TABLE_6))
 def test_a_pair_differs_in_its_effect_alone(name: str) -> None:
     """With it and without it have the same particles in the same places with the same masses."""
+    fidelity = replace(_studied(name).fidelity, grid_spacing=1 / 32)
     found = list(pairs(_studied(name).scene))
     assert {pair.effect for pair in found} == _studied(name).scene.effects - {Effect.ELASTICITY}
     for pair in found:
         assert pair.on.effects - pair.off.effects == {pair.effect}
         assert not pair.off.effects - pair.on.effects
-        solvers = [Solver(scene, Fidelity(1 / 32)) for scene in (pair.on, pair.off)]
+        solvers = [Solver(scene, fidelity) for scene in (pair.on, pair.off)]
         for solver in solvers:
             solver.reset()
         first, second = solvers
@@ -106,12 +107,14 @@ EFFECTS = {
     "wetland": EVERYWHERE | {"friction", "contact", "plasticity", "fluid"},
     "shallow-water": EVERYWHERE | {"friction", "contact", "fluid"},
     "ocean": EVERYWHERE | {"fluid"},
+    "ocean[water=grid]": EVERYWHERE | {"fluid"},
 }
 
 
 def test_every_environment_is_known_here() -> None:
     """A new one is measured, too."""
-    assert EFFECTS.keys() == TABLE_6.keys() == set(registry.names(Kind.ENV))
+    assert EFFECTS.keys() == TABLE_6.keys()
+    assert {Ref.parse(name).name for name in TABLE_6} == set(registry.names(Kind.ENV))
 
 
 @pytest.fixture(

@@ -20,7 +20,7 @@ class Coverage:
 
     Attributes:
         medium: the matter on the ground, or `none`.
-        thickness: of the medium [m], or None.
+        thickness: of the medium [m]; None without one, and without bounds.
         friction: `high`, `low` or empty; `friction_coefficient` [-] is the ground's, 0 without.
         elasticity: `robot`, or `robot, medium`.
         plasticity: whether the medium yields.
@@ -40,10 +40,9 @@ class Coverage:
 def coverage(name: str, scene: Scene) -> Coverage:
     """The row of a scene, from its effects, materials and particles."""
     medium, effects = scene.medium, scene.effects
-    if scene.water is not None:
-        return Coverage(
-            name, "water", scene.upper[1] - scene.lower[1], "", 0.0, "robot", plasticity=False, fluid="deep"
-        )
+    if scene.water is not None or scene.surface_water is not None:
+        deep = scene.upper[1] - scene.lower[1] if scene.water is not None else None
+        return Coverage(name, "water", deep, "", 0.0, "robot", plasticity=False, fluid="deep")
     coefficient = scene.ground.friction if scene.ground and Effect.FRICTION in effects else 0.0
     fluid = ""
     if Effect.FLUID in effects and medium is not None:

@@ -24,7 +24,7 @@ _SLOWEST = 0.1
 
 def _swimmer(name: str, level: str) -> tuple[Solver, Body]:
     """An animal of this package in the ocean."""
-    env: Environment = registry.create(Kind.ENV, Ref.parse("ocean[water=surface]"))
+    env: Environment = registry.create(Kind.ENV, Ref.parse("ocean"))
     fidelity = env.simulated(registry.create(Kind.FIDELITY, Ref(level)))
     body: Body = registry.create(Kind.DESIGN, Ref(name)).body(fidelity)
     return Solver(env.scene(body, fidelity), fidelity, gradients=level == "draft"), body

@@ -222,7 +222,7 @@ def carangiform_fish(record: CaseRecorder) -> None:
 
 def _fish(level: str) -> tuple[Led, float, float]:
     """The fish of this package in its ocean, its length, and the place of its head [m]."""
-    env: Environment = registry.create(Kind.ENV, Ref.parse("ocean[water=surface]"))
+    env: Environment = registry.create(Kind.ENV, Ref.parse("ocean"))
     fidelity = replace(env.simulated(registry.create(Kind.FIDELITY, Ref(level))), precision=64)
     scene = env.scene(registry.create(Kind.DESIGN, Ref("fish")).body(fidelity), fidelity)
     assert scene.surface_water is not None

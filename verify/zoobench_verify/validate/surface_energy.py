@@ -62,7 +62,7 @@ class Audit:
     """A fish that is followed substep by substep."""
 
     def __init__(self, level: str) -> None:
-        env: Environment = registry.create(Kind.ENV, Ref.parse("ocean[water=surface]"))
+        env: Environment = registry.create(Kind.ENV, Ref.parse("ocean"))
         fidelity = replace(env.simulated(registry.create(Kind.FIDELITY, Ref(level))), precision=64)
         design: Design = registry.create(Kind.DESIGN, Ref("fish"))
         body = design.body(fidelity)
