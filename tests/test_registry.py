@@ -85,14 +85,15 @@ def test_an_added_parameter_with_another_value_is_stated() -> None:
 
 
 def test_a_reference_means_what_it_meant_before_a_default_changed() -> None:
-    """With a version it leaves out the value that was, without one the default, which is stated."""
-    _moor(was={"gravity": 2.0})
-    stored, usual = Ref.parse("moor-v1[depth=0.5]"), registry.resolve(Kind.ENV, Ref("moor"))
-    assert registry.resolve(Kind.ENV, stored) == stored
+    """With a version it leaves out the value that was, without one it has the default; new ones state either."""
+    _moor(was={"gravity": 2.0}, version=2)
+    stored, usual = Ref.parse("moor-v2[depth=0.5]"), registry.resolve(Kind.ENV, Ref("moor"))
+    light = registry.resolve(Kind.ENV, Ref.parse("moor[gravity=2]"))
+    assert str(light) == "moor-v2[depth=0.5,gravity=2.0]"
+    assert registry.resolve(Kind.ENV, stored) == light
     assert registry.create(Kind.ENV, stored) == 1.0
-    assert short(Kind.ENV, stored) == "moor[gravity=2.0]"
-    assert registry.resolve(Kind.ENV, Ref.parse("moor[gravity=2]")) == stored
-    assert str(usual) == "moor-v1[depth=0.5,gravity=9.81]"
+    assert short(Kind.ENV, stored) == short(Kind.ENV, Ref.parse("moor-v1[depth=3.0]")) == "moor[gravity=2.0]"
+    assert str(usual) == "moor-v2[depth=0.5,gravity=9.81]"
     assert registry.create(Kind.ENV, usual) == 0.5 * 9.81
     assert short(Kind.ENV, usual) == "moor"
 

@@ -145,12 +145,13 @@ class Component:
         return self.ref_with({})
 
     def ref_with(self, given: Mapping[str, Scalar]) -> Ref:
-        """The reference that states all parameters, those not given by their default, but no added one as it was.
+        """The reference that states all parameters, those not given by their default, but no added one at its default.
 
-        So the key of a run is that of the package's versions without the parameter.
+        So the key of a run is that of the package's versions without the parameter. One whose default has changed is
+        stated always.
         """
         stated = {**self.defaults, **given}
-        left_out = {key for key, was in self.added.items() if stated[key] == was}
+        left_out = {key for key, was in self.added.items() if stated[key] == was == self.defaults[key]}
         return Ref(self.name, self.version, tuple(sorted(item for item in stated.items() if item[0] not in left_out)))
 
 
@@ -196,7 +197,8 @@ def register(
     Increase `version` whenever the component's numbers change: results of different versions are never mixed. Name in
     `added` the parameters, or groups of them, that it did not have when this version was first published, with defaults
     that leave its numbers as they were: while they have their default, references and keys of runs are those without
-    them. `was` names added parameters with another default by now, with the values that leave the numbers as they were.
+    them. `was` names added parameters with another default by now, with the values that leave the numbers as they were:
+    references with a version that leave them out, as those of stored runs, have those.
     Parameters that name a stored run are always added ones. `provisional` says in a sentence why scores are not
     yet what they are called, but for those with the parameters `unless`; every report of them repeats it. `extra` is
     the one of zoobench without whose libraries its runs are skipped.
@@ -262,14 +264,20 @@ def get(kind: Kind, name: str, version: int = 0) -> Component:
 
 
 def short(kind: Kind, ref: Ref) -> str:
-    """A component's name with those parameters that are not the default ones; only its name if it is not known."""
+    """A component's name with those parameters that are not the default ones.
+
+    Of a version that is no longer registered it is only its name, and what a parameter was whose default is another by
+    now.
+    """
     _discover(kind)
     versions = _components[kind].get(ref.name, {})
     component = versions.get(ref.version or max(versions, default=0))
-    if component is None:
+    later = component or next((versions[version] for version in sorted(versions) if version > ref.version), None)
+    if later is None:
         return ref.name
-    stated = sorted(component.stated(ref).items())
-    return str(Ref(ref.name, 0, tuple((key, value) for key, value in stated if component.defaults.get(key) != value)))
+    stated = later.stated(ref) if component else {key: ref.kwargs.get(key, was) for key, was in later.added.items()}
+    differs = ((key, value) for key, value in sorted(stated.items()) if later.defaults.get(key) != value)
+    return str(Ref(ref.name, 0, tuple(differs)))
 
 
 def resolve(kind: Kind, ref: Ref) -> Ref:

@@ -121,7 +121,7 @@ def test_the_cpu_is_no_other_fidelity(zoobench: Command) -> None:
 def test_water_on_a_grid_is_not_for_a_gpu(zoobench: Command) -> None:
     """The plan says so; water of particles is, and water by forces on the surface."""
     words = ("--task", "turning", "--method", "random", "--seeds", "1", "--device", "cuda")
-    assert "'ocean' is full of it" in zoobench("run", "--dry-run", "--env", "ocean[water=grid]", *words).err
+    assert "'ocean[water=grid]' is full of it" in zoobench("run", "--dry-run", "--env", "ocean[water=grid]", *words).err
     for water in ("particles", "surface"):
         assert "full of it" not in zoobench("run", "--dry-run", "--env", f"ocean[water={water}]", *words).err
 

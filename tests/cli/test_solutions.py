@@ -10,11 +10,12 @@ import pytest
 from tests.cli.conftest import Command
 from tests.conformance.cells import cell
 from zoobench.cell.problem import Problem
-from zoobench.cli import completion
+from zoobench.cli import completion, solutions
 from zoobench.db import published
 from zoobench.db.rows import FinalRow, RunState
 from zoobench.report.leaderboard import Attempt, BoardRow, Leaderboard
 from zoobench.report.leaderboard_export import to_text
+from zoobench.spec import Ref
 
 SPEC = cell(design="block", controller="sine-basis", frames=3)
 NAME = "best:ground/movement-speed/block"
@@ -69,6 +70,12 @@ def test_one_of_an_environment_that_is_gone_is_simulated_in_that_of_today(zooben
     reply = zoobench("render", "best:old/ground/movement-speed/block", "-o", "film.npz")
     assert reply.code == 0, reply.err
     assert f"it was found in ground-v1; in ground-v{SPEC.env.version} its score may differ" in reply.err
+
+
+def test_a_default_that_has_changed_does_not_change_where_it_is_simulated() -> None:
+    """What was found in water on a grid, before water by forces was there, stays in that."""
+    old = replace(cell(environment="ocean"), env=Ref.parse("ocean-v11[depth=0.15625,length=0.4375,width=0.1875]"))
+    assert solutions._of_today(old).env.kwargs["water"] == "grid"
 
 
 def test_earlier_bodies_are_not_published(zoobench: Command) -> None:

@@ -41,15 +41,16 @@ def choose(
         raise UsageError(f"A tolerance of {tolerance:g} cannot be met. Give a share of the score, as in 0.2.")
     if decide is not None and not 1.0 <= decide < math.inf:
         raise UsageError(f"A ratio of {decide:g} decides nothing. Give the larger score by the smaller, as in 1.5.")
-    rows = _rows(env, task)
+    rows, place = _rows(env, task), short(Kind.ENV, env)
     names = {short(Kind.DESIGN, registry.resolve(Kind.DESIGN, design)) for design in designs}
     # a search in a design space compares bodies, too
     spaces = any("space" in registry.get(Kind.DESIGN, design.name).tags for design in designs)
     question = _Question(tolerance, decide, frozenset(names), len(names) > 1 or spaces)
     if decide is not None and not any(question.orders(row).pairs for row in rows):
         raise UsageError(
-            f"No order of two bodies is known in {env.name} x {task.name}: gaits of {_bodies(rows[-1])} were compared "
-            "with those of the same body alone. Choose one design of a fixed body, or the fidelity with --fidelity."
+            f"No order of two bodies is known in {place} x {task.name}: gaits of {_bodies(rows[-1])} "
+            "were compared with those of the same body alone. Choose one design of a fixed body, or the fidelity with "
+            "--fidelity."
         )
     good = [row for row in rows if question.is_met(row)]
     if not good:
@@ -57,11 +58,11 @@ def choose(
         wanted = [f"within {tolerance:g}"] if tolerance is not None else []
         wanted += [f"sure of ratios above {decide:g}"] if decide is not None else []
         raise UsageError(
-            f"No fidelity is known to be {' and '.join(wanted)} in {env.name} x {task.name}: the best is "
+            f"No fidelity is known to be {' and '.join(wanted)} in {place} x {task.name}: the best is "
             f"{question.describe(best)}. Ask for less, or choose with --fidelity."
         )
     others = "; ".join(question.describe(row) for row in rows if row is not good[0])
-    reason = f"{env.name} x {task.name}: {question.describe(good[0])} (others: {others})"
+    reason = f"{place} x {task.name}: {question.describe(good[0])} (others: {others})"
     return FidelityChoice(Ref(good[0].fidelity), reason)
 
 
@@ -120,7 +121,8 @@ def _level(env: Ref, task: Ref, fidelity: Ref) -> LevelRow | None:
 
 
 def known_levels(envs: Iterable[str], tasks: Iterable[str]) -> tuple[LevelRow, ...]:
-    """The published levels of these environments and tasks whose error is known, in their present versions.
+    """The published levels of these environments, as they are typed, and tasks whose error is known, in their present
+    versions.
 
     Raises:
         UsageError: there are none.
@@ -128,7 +130,7 @@ def known_levels(envs: Iterable[str], tasks: Iterable[str]) -> tuple[LevelRow, .
     found: list[LevelRow] = []
     for env, task in product(envs, tasks):
         with suppress(UsageError):  # not measured
-            found += _rows(Ref(env), Ref(task))
+            found += _rows(Ref.parse(env), Ref(task))
     if not found:
         raise UsageError(
             "No accuracy of these environments and tasks is published. Measure it: zoobench verify accuracy run"
@@ -148,10 +150,10 @@ def _rows(env: Ref, task: Ref) -> list[LevelRow]:
     present = [components(*resolved, registry.resolve(Kind.FIDELITY, Ref(name))) for name in LADDER]
     rows = [row for row in published().levels if row.components in present and row.error is not None]
     if not rows:
+        place = short(Kind.ENV, resolved[0])
         raise UsageError(
-            f"The accuracy of {short(Kind.ENV, resolved[0])} x {task.name} in its present version was not measured. "
-            f"Measure it with `zoobench verify accuracy run --env {env.name} --task {task.name}`, or choose with "
-            "--fidelity."
+            f"The accuracy of {place} x {task.name} in its present version was not measured. Measure it with "
+            f"`zoobench verify accuracy run --env '{place}' --task {task.name}`, or choose with --fidelity."
         )
     return sorted(rows, key=lambda row: -row.spacing)
 

@@ -53,7 +53,7 @@ def list_components(
         if kind in (None, KindName(each)):
             found = (registry.get(each, name) for name in registry.names(each))
             rows += [
-                _Listed(str(item.kind), item.name, item.version, item.summary, item.provisional or None)
+                _Listed(str(item.kind), item.name, item.version, item.summary, registry.caveat(each, item.ref) or None)
                 for item in found
             ]
     if kind in (None, KindName.SUITES):

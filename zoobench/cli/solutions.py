@@ -74,7 +74,7 @@ def _of_today(spec: "RunSpec") -> "RunSpec":
         newest = registry.get(kind, ref.name)
         if newest.version > ref.version:
             kept = tuple((key, value) for key, value in ref.params if key in newest.parameters)
-            changed: dict[str, Any] = {axis: registry.resolve(kind, Ref(ref.name, params=kept))}
+            changed: dict[str, Any] = {axis: registry.resolve(kind, Ref(ref.name, newest.version, kept))}
             spec = replace(spec, **changed)
             say(f"  it was found in {ref.name}-v{ref.version}; in {ref.name}-v{newest.version} its score may differ")
     return spec

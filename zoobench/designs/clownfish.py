@@ -50,7 +50,7 @@ def clownfish(*, length: float = SWIMMER_LENGTH) -> Animal:
     Flank fibres run along the whole body but the snout, in four segments on each side. Fins have no muscle; that of
     the tail is twice as stiff as muscle, and the others are half as stiff, so that they brace the trunk less.
 
-    * `length`: of the whole body [m]; it is 0.42 times as high and 0.28 times as wide, fins included.
+    * `length`: of the whole body [m]; it is 0.39 times as high and 0.28 times as wide, fins included.
     """
     trunk = myomeres(_TRUNK)
     return swimmer(length, 0.0417, 0.0276, trunk, *stiff(_TAIL_FIN), *soft(_FINS, _SIDE_FINS))

@@ -11,7 +11,7 @@ from zoobench.cell.scene_fault import scene_fault
 from zoobench.cell.task_fault import task_fault
 from zoobench.errors import UnknownNameError, UsageError
 from zoobench.harness.budget_fault import budget_fault
-from zoobench.registry import Kind
+from zoobench.registry import Kind, short
 from zoobench.spec import Budget, Ref, RunSpec, Selector, matching, on_gpu
 
 NEEDS_GRADIENT = "gradient"  # tag of a method
@@ -160,7 +160,8 @@ def _why_impossible(spec: RunSpec) -> str | None:
         return method.lacking
     if on_gpu(spec) and registry.create(Kind.ENV, spec.env).water is not None:
         return (
-            f"Water on a grid is not simulated on a GPU, and {spec.env.name!r} is full of it. Simulate that on the CPU."
+            f"Water on a grid is not simulated on a GPU, and {short(Kind.ENV, spec.env)!r} is full of it. Simulate "
+            "that on the CPU, or choose water=surface."
         )
     if fault := firm_ground_fault(spec) or scene_fault(spec):
         return fault

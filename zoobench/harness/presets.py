@@ -109,7 +109,7 @@ _PRESETS = (
         methods=(Ref.parse("diffphysics[restarts=1]"), Ref("random")),
     ),
     _published(
-        "paper", "hours on firm ground, days on a bed, weeks in the ocean: the published methods on the published grid",
+        "paper", "hours on firm ground and in the ocean, days on a bed: the published methods on the published grid",
         30, "diffphysics[lr=0.1,iterations=30,restarts=8]", "random[batch=24]",
     ),
     _published(
@@ -140,7 +140,7 @@ _PRESETS = (
     ),
     # 100 000 frames fill 49 buffers of 2048; a buffer and the evaluation after it are as long as 11 episodes.
     _published(
-        "ppo", "two hours on firm ground, ten days in the ocean: learning from 100 000 frames (SoftZoo's paper, F.2)",
+        "ppo", "two hours on firm ground and in the ocean: learning from 100 000 frames (SoftZoo's paper, F.2)",
         49, "ppo[timesteps=100000]", "random[batch=11]", controllers=(Ref("policy-network"),),
     ),
 )  # fmt: skip

@@ -150,7 +150,7 @@ def show(
     from zoobench.accuracy.tolerance import known_levels
     from zoobench.harness import presets
     from zoobench.harness.grid import parse_selector
-    from zoobench.registry import Kind
+    from zoobench.registry import Kind, short
     from zoobench_verify.accuracy.accuracy_plots import draw, draw_energy
     from zoobench_verify.accuracy.accuracy_tables import TABLES
     from zoobench_verify.accuracy.analyse import analyse
@@ -166,7 +166,8 @@ def show(
     measured = Measurements(()) if published else _stored(db) if source is None else read(source)
     analysis = analyse(measured, envs, tasks)
     if published:
-        analysis = replace(analysis, levels=known_levels(envs, tasks))
+        typed = [short(Kind.ENV, ref) for ref in parse_selector(env, Kind.ENV)]
+        analysis = replace(analysis, levels=known_levels(typed, tasks))
     balances = list(energies(measured, envs))
     if export is not None:
         write(measured, export)
