@@ -52,7 +52,7 @@ def test_published_levels_are_shown_and_drawn_without_a_study(zoobench: Command)
     assert [row["fidelity"] for row in levels] == [row.fidelity for row in known]
     assert [row["error"] for row in levels] == [row.error for row in known]
     assert zoobench(*show, "--export", "a.json").code == 2
-    unknown = zoobench(*show, "--env", "ocean")
+    unknown = zoobench(*show, "--env", "shallow-water")
     assert unknown.code == 2
     assert "zoobench verify accuracy run" in unknown.err
 
