@@ -8,7 +8,7 @@ import pytest
 import trimesh
 from numpy.typing import NDArray
 
-from tests.envs.at_rest import ENVS, solver_of
+from tests.envs.at_rest import ENVS, made, solver_of
 from zoobench import registry
 from zoobench.designs.base import Body
 from zoobench.designs.mesh import MeshDesign
@@ -23,8 +23,14 @@ SWIMMERS = ["fish", "tuna", "shark", "clownfish", "orca"]
 BODIES = [name for name in registry.names(Kind.DESIGN) if not registry.get(Kind.DESIGN, name).required]
 FRAMES = 200
 OMEGA = 80.0  # [rad/s] the fast wave of the sine basis, near the body's own frequency along its length
-TORN = {("implicit", "ocean")}
-_TORN = pytest.mark.xfail(reason="a part of one or two particles comes off after 3 s", strict=True)
+MARKS = {
+    **dict.fromkeys(
+        (("barycenter", "ocean"), ("particle", "ocean")),
+        pytest.mark.xfail(reason="soft random bodies are flung about in water by forces until they fold", strict=True),
+    ),
+    **dict.fromkeys((("arm", "ocean"), ("gripper", "ocean")), pytest.mark.skip(reason="it is held, and refused there")),
+}
+"""By design and environment."""
 GOLDEN = (3.0 - np.sqrt(5.0)) / 2.0  # phases that never repeat: no two muscles switch together
 
 
@@ -75,17 +81,17 @@ def test_all_muscles_in_unison_do_not_tear_the_robot(name: str) -> None:
 @pytest.mark.parametrize(
     ("name", "design"),
     [
-        pytest.param(name, design, marks=[_TORN] if (design, name) in TORN else [])
+        pytest.param(name, design, marks=MARKS.get((design, name), ()))
         for design, name in itertools.product(BODIES, ENVS)
     ],
 )
 def test_every_body_survives_the_strongest_actuation(name: str, design: str) -> None:
     """Every animal, and of every design space a body drawn from its prior, at draft."""
-    fidelity = Fidelity(1 / 64)
-    made = registry.create(Kind.DESIGN, Ref(design))
-    body = made.body(fidelity)
-    if isinstance(made, DesignSpace):
-        body = body_for(made, made.initial(np.random.default_rng(5), body), body)
+    fidelity = made(name).simulated(Fidelity(1 / 64))
+    space = registry.create(Kind.DESIGN, Ref(design))
+    body = space.body(fidelity)
+    if isinstance(space, DesignSpace):
+        body = body_for(space, space.initial(np.random.default_rng(5), body), body)
     _check(name, fidelity, body=body)
 
 
@@ -95,7 +101,7 @@ def test_every_body_survives_the_strongest_actuation(name: str, design: str) -> 
 @pytest.mark.parametrize("swimmer", SWIMMERS)
 def test_every_swimmer_survives_the_strongest_actuation(swimmer: str, level: str, precision: int) -> None:
     """In the ocean, at the three levels where scores are made, in both precisions."""
-    fidelity = registry.create(Kind.FIDELITY, Ref.parse(f"{level}[precision={precision}]"))
+    fidelity = made("ocean").simulated(registry.create(Kind.FIDELITY, Ref.parse(f"{level}[precision={precision}]")))
     _check("ocean", fidelity, body=registry.create(Kind.DESIGN, Ref(swimmer)).body(fidelity))
 
 
