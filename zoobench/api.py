@@ -106,8 +106,7 @@ def load(location: str | Path) -> "Frames":
 
     def defaults(axis: str, ref: "Ref") -> "Mapping[str, Scalar]":
         try:
-            component = registry.get(KINDS[axis], ref.name, ref.version)
-            return {**component.defaults, **component.added}  # what a stored reference leaves out
+            return registry.get(KINDS[axis], ref.name, ref.version).stated(ref)
         except UsageError:  # of a version, or of a plug-in, that is gone
             return {}
 

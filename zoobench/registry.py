@@ -127,8 +127,8 @@ class Component:
         return "\n\n".join(inspect.getdoc(item) or "" for item in (self.factory, *map(type, self.groups.values())))
 
     def stated(self, ref: Ref) -> dict[str, Scalar]:
-        """The parameters of a reference, and what one with a version leaves out: added ones."""
-        return {**(self.added if ref.version else {}), **ref.kwargs}
+        """All parameters of a reference: its own, the added ones that one with a version leaves out, and defaults."""
+        return {**self.defaults, **(self.added if ref.version else {}), **ref.kwargs}
 
     def make(self, ref: Ref) -> Any:
         """Call the factory with the parameters of a reference; a group's own defaults are those of the component."""
@@ -263,20 +263,29 @@ def get(kind: Kind, name: str, version: int = 0) -> Component:
     return versions[version]
 
 
+def _this_or_next(kind: Kind, ref: Ref) -> Component | None:
+    """The component of a reference, the newest without a version; where its version is gone, the next one that is not.
+
+    None if there is none.
+    """
+    _discover(kind)
+    versions = _components[kind].get(ref.name, {})
+    later = [version for version in versions if version >= ref.version]
+    return versions[min(later) if ref.version else max(later)] if later else None
+
+
 def short(kind: Kind, ref: Ref) -> str:
     """A component's name with those parameters that are not the default ones.
 
     Of a version that is no longer registered it is only its name, and what a parameter was whose default is another by
     now.
     """
-    _discover(kind)
-    versions = _components[kind].get(ref.name, {})
-    component = versions.get(ref.version or max(versions, default=0))
-    later = component or next((versions[version] for version in sorted(versions) if version > ref.version), None)
-    if later is None:
+    component = _this_or_next(kind, ref)
+    if component is None:
         return ref.name
-    stated = later.stated(ref) if component else {key: ref.kwargs.get(key, was) for key, was in later.added.items()}
-    differs = ((key, value) for key, value in sorted(stated.items()) if later.defaults.get(key) != value)
+    stated = component.stated(ref)
+    known = stated if ref.version in (0, component.version) else component.added
+    differs = ((key, stated[key]) for key in sorted(known) if component.defaults.get(key) != stated[key])
     return str(Ref(ref.name, 0, tuple(differs)))
 
 
@@ -289,7 +298,7 @@ def resolve(kind: Kind, ref: Ref) -> Ref:
     """
     component = get(kind, ref.name, ref.version)
     given = component.stated(ref) | {key: _coerce(component, key, value) for key, value in ref.params}
-    missing = [key for key in component.parameters if key not in given and key not in component.defaults]
+    missing = [key for key in component.parameters if key not in given]
     if missing:
         raise UsageError(f"{kind.noun.capitalize()} {ref.name!r} needs a value: write {ref.name}[{missing[0]}=...].")
     return component.ref_with(given)
@@ -300,13 +309,8 @@ def caveat(kind: Kind, ref: Ref) -> str:
 
     A version that is no longer registered, as of runs made long ago, is what the next one that is says.
     """
-    _discover(kind)
-    versions = _components[kind].get(ref.name, {})
-    later = [version for version in versions if version >= ref.version]
-    if not later:
-        return ""
-    component = versions[min(later)]
-    if component.unless and component.unless.items() <= {**component.defaults, **component.stated(ref)}.items():
+    component = _this_or_next(kind, ref)
+    if component is None or (component.unless and component.unless.items() <= component.stated(ref).items()):
         return ""
     return component.provisional
 

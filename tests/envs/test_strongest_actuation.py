@@ -113,5 +113,5 @@ def test_an_imported_mesh_survives_the_strongest_actuation(name: str, tmp_path: 
     shape.apply_scale((0.06, 0.03, 0.03))
     file = tmp_path / "ellipsoid.stl"
     shape.export(file)
-    made = MeshDesign(path=InputFile(str(file)))
-    _check(name, Fidelity(1 / 64), body=made.body(Fidelity(1 / 64)))
+    fidelity = made(name).simulated(Fidelity(1 / 64))
+    _check(name, fidelity, body=MeshDesign(path=InputFile(str(file))).body(fidelity))

@@ -120,9 +120,8 @@ def _level(env: Ref, task: Ref, fidelity: Ref) -> LevelRow | None:
     return next((row for row in rows if row.components == components(env, task, fidelity)), None)
 
 
-def known_levels(envs: Iterable[str], tasks: Iterable[str]) -> tuple[LevelRow, ...]:
-    """The published levels of these environments, as they are typed, and tasks whose error is known, in their present
-    versions.
+def known_levels(envs: Iterable[Ref], tasks: Iterable[str]) -> tuple[LevelRow, ...]:
+    """The published levels of these environments and tasks whose error is known, in their present versions.
 
     Raises:
         UsageError: there are none.
@@ -130,7 +129,7 @@ def known_levels(envs: Iterable[str], tasks: Iterable[str]) -> tuple[LevelRow, .
     found: list[LevelRow] = []
     for env, task in product(envs, tasks):
         with suppress(UsageError):  # not measured
-            found += _rows(Ref.parse(env), Ref(task))
+            found += _rows(env, Ref(task))
     if not found:
         raise UsageError(
             "No accuracy of these environments and tasks is published. Measure it: zoobench verify accuracy run"

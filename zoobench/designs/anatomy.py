@@ -9,7 +9,7 @@ import numpy as np
 from zoobench.arrays import Array
 from zoobench.designs.base import Body, Drawing, sampled_once
 from zoobench.designs.sampling import Shape
-from zoobench.designs.shapes import Distance, Point, smooth_union
+from zoobench.designs.shapes import Distance, Plane, Point, smooth_union
 from zoobench.errors import UsageError
 from zoobench.sim.model.fidelity import Fidelity
 
@@ -245,6 +245,11 @@ class Animal:
 MIDDLE = 0.03125 / 1.5
 """Height of a swimmer's middle as drawn, in some 3/4 of it [m]. At `SWIMMER_LENGTH` it is two cells of 1/64 m, three
 of 1/96 m and four of 1/128 m, so that what is symmetric as drawn is sampled so; it dives otherwise."""
+
+
+def level(ahead: float) -> Plane:
+    """The level plane through a swimmer's middle, with its origin so far ahead [m]: outlines are drawn as (x, z)."""
+    return Plane((ahead, MIDDLE, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
 
 
 def swimmer(length: float, height: float, width: float, *parts: BodyPart) -> Animal:

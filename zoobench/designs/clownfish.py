@@ -1,7 +1,7 @@
 """The clownfish: short and high, with round fins and long ones along back and belly."""
 
-from zoobench.designs.anatomy import MIDDLE, SWIMMER_LENGTH, TAIL, Animal, myomeres, soft, stiff, swimmer
-from zoobench.designs.shapes import UPRIGHT, Plane, above_and_below, fin, loft, mirrored
+from zoobench.designs.anatomy import MIDDLE, SWIMMER_LENGTH, TAIL, Animal, level, myomeres, soft, stiff, swimmer
+from zoobench.designs.shapes import UPRIGHT, above_and_below, fin, loft, mirrored
 from zoobench.registry import Kind, register
 
 _TRUNK = loft(
@@ -36,7 +36,7 @@ _FINS = above_and_below(
 )  # fmt: skip
 _SIDE_FINS = mirrored(
     fin(
-        Plane((0.010, MIDDLE, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+        level(0.010),
         [(0.008, 0.0), (0.006, 0.0102), (0.000, 0.0136), (-0.006, 0.0136), (-0.010, 0.0093), (-0.008, 0.0)],
         TAIL,
     )

@@ -8,13 +8,14 @@ from zoobench.designs.anatomy import (
     Animal,
     BodyPart,
     crossed,
+    level,
     myomeres,
     opposed,
     soft,
     stiff,
     swimmer,
 )
-from zoobench.designs.shapes import UPRIGHT, Plane, fin, loft, mirrored
+from zoobench.designs.shapes import UPRIGHT, fin, loft, mirrored
 from zoobench.registry import Kind, register
 
 _TRUNK = loft(
@@ -31,7 +32,7 @@ _TRUNK = loft(
 )
 _FLUKES = mirrored(
     fin(
-        Plane((0.0, MIDDLE, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+        level(0.0),
         [(-0.031, -0.01), (-0.031, 0.0), (-0.036, 0.0070), (-0.0445, 0.0160), (-0.050, 0.0160), (-0.0485, 0.0060),
          (-0.047, 0.0), (-0.047, -0.01)],
         TAIL,
@@ -51,7 +52,7 @@ _BACK_FIN = BodyPart(
 # and on each grid otherwise, and further behind slow waves hardly move it
 _FLIPPERS = mirrored(
     fin(
-        Plane((-0.0115, MIDDLE, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+        level(-0.0115),
         [(0.009, 0.0), (0.004, 0.0175), (0.0, 0.0206), (-0.006, 0.0206), (-0.008, 0.0165), (-0.006, 0.0)],
         TAIL,
     )

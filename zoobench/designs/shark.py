@@ -1,7 +1,7 @@
 """The shark: a pointed snout, and a tail fin with equal lobes."""
 
-from zoobench.designs.anatomy import MIDDLE, SWIMMER_LENGTH, TAIL, Animal, myomeres, soft, stiff, swimmer
-from zoobench.designs.shapes import UPRIGHT, Plane, above_and_below, fin, loft, mirrored
+from zoobench.designs.anatomy import MIDDLE, SWIMMER_LENGTH, TAIL, Animal, level, myomeres, soft, stiff, swimmer
+from zoobench.designs.shapes import UPRIGHT, above_and_below, fin, loft, mirrored
 from zoobench.registry import Kind, register
 
 _TRUNK = loft(
@@ -36,7 +36,7 @@ _FINS = above_and_below(
 )
 _SIDE_FINS = mirrored(
     fin(
-        Plane((0.004, MIDDLE, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+        level(0.004),
         [(0.007, 0.0), (0.004, 0.0063), (-0.004, 0.0125), (-0.009, 0.0125), (-0.007, 0.006), (-0.006, 0.0)],
         TAIL,
     )

@@ -150,7 +150,7 @@ def show(
     from zoobench.accuracy.tolerance import known_levels
     from zoobench.harness import presets
     from zoobench.harness.grid import parse_selector
-    from zoobench.registry import Kind, short
+    from zoobench.registry import Kind
     from zoobench_verify.accuracy.accuracy_plots import draw, draw_energy
     from zoobench_verify.accuracy.accuracy_tables import TABLES
     from zoobench_verify.accuracy.analyse import analyse
@@ -159,15 +159,15 @@ def show(
     from zoobench_verify.accuracy.records import Measurements, read, write
 
     wanted = choose(table, tuple(TABLES), form)
-    envs = [ref.name for ref in parse_selector(env, Kind.ENV)]
+    places = parse_selector(env, Kind.ENV)
+    envs = [ref.name for ref in places]
     tasks = [ref.name for ref in parse_selector(task, Kind.TASK)]
     if published and (source or export or publish):
         raise UsageError("--published has no single measurements. Leave out --from, --export and --publish.")
     measured = Measurements(()) if published else _stored(db) if source is None else read(source)
     analysis = analyse(measured, envs, tasks)
     if published:
-        typed = [short(Kind.ENV, ref) for ref in parse_selector(env, Kind.ENV)]
-        analysis = replace(analysis, levels=known_levels(typed, tasks))
+        analysis = replace(analysis, levels=known_levels(places, tasks))
     balances = list(energies(measured, envs))
     if export is not None:
         write(measured, export)

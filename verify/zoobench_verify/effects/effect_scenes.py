@@ -34,10 +34,8 @@ def pairs(scene: Scene) -> Iterator[Pair]:
         yield Pair(Effect.DAMPING, "viscosity 0", scene, undamped(scene))
     if scene.ground is not None and Effect.FRICTION in scene.effects:
         yield Pair(Effect.FRICTION, "friction 0", scene, replace(scene, ground=replace(scene.ground, friction=0.0)))
-    if scene.water is not None:
-        yield Pair(Effect.FLUID, "no water", scene, replace(scene, water=None))
-    if scene.surface_water is not None:
-        yield Pair(Effect.FLUID, "no water", scene, replace(scene, surface_water=None))
+    if scene.water is not None or scene.surface_water is not None:
+        yield Pair(Effect.FLUID, "no water", scene, replace(scene, water=None, surface_water=None))
     if scene.medium is None:
         return
     if Effect.CONTACT in scene.effects:
