@@ -1,14 +1,14 @@
 """Small scenes that the tests of the simulator share: a few hundred particles each."""
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import partial
 from typing import Any, Literal, get_args
 
 import numpy as np
 
 from zoobench.arrays import Array
-from zoobench.sim.model.elastic_bodies import ElasticBody
+from zoobench.sim.model.elastic_bodies import BodyParticles, ElasticBody
 from zoobench.sim.model.fidelity import Fidelity, Kernel, Transfer
 from zoobench.sim.model.lattice import fill_box, particle_volume
 from zoobench.sim.model.laws.clay import ClayMaterial
@@ -111,6 +111,22 @@ def medium_bed(name: str = "sand", depth: int = 2, first: int = 8, cells: int = 
 def weightless(body: ElasticBody) -> Scene:
     """A body in free flight, without gravity and contact."""
     return Scene(body, (0.0, 0.0, 0.0), ARENA, gravity=NO_GRAVITY)
+
+
+def pair_scene(approach: float, aside: float = 0.0) -> Scene:
+    """Two cubes of three cells with muscles as one body in free flight, two cells from each other, which they approach
+    along x, and pass by along y [m/s]."""
+    one, other = muscle_body((0.1, 0.3, 0.3)), muscle_body((0.1, 0.3, 0.3), seed=5)
+    arrays = {
+        item.name: np.concatenate([getattr(one, item.name), getattr(other, item.name)])
+        for item in fields(BodyParticles) if isinstance(getattr(one, item.name), np.ndarray)
+    }  # fmt: skip
+    count = one.particle_count
+    arrays["positions"][count:] += (5 * SPACING, 0.0, 0.0)
+    velocities = np.zeros((2 * count, 3))
+    velocities[:count, 0], velocities[count:, :2] = approach / 2, (-approach / 2, aside)
+    body = replace(one, material=replace(SOFT, viscosity=20.0), **arrays, velocities=velocities)
+    return weightless(body)
 
 
 def flight_scene(moving: bool = True) -> Scene:
@@ -219,6 +235,29 @@ def episode(
     solver = Solver(scene, given or fidelity(), gradients=True, **options)
     rollout = solver.run(actuation(solver, frames), body)
     return solver, rollout, solver.backward(rollout, *path_weights(solver, frames))
+
+
+def compare_with_differences(scene: Scene, frames: int, given: Fidelity) -> Rollout:
+    """The rollout whose gradient agrees with differences, of every group of parameters along a random direction, for
+    random adjoints of the trajectory."""
+    solver, rollout, gradient = episode(scene, frames, given, density_ratio_min=0.5)
+    assert not rollout.divergences
+    weights, acts = path_weights(solver, frames), actuation(solver, frames)
+    base = BodyState().filled(scene, 1)
+
+    def loss(name: str, change: Array) -> float:
+        body = base if name == "actuation" else base | {name: base[name] + change}
+        found = solver.run(acts + change if name == "actuation" else acts, BodyState(**body), replay=rollout)
+        return float((found.positions * weights[0]).sum() + (found.velocities * weights[1]).sum())
+
+    rng, step = np.random.default_rng(5), 2e-6
+    for name in GROUPS:
+        exact = getattr(gradient, name)
+        direction = rng.normal(size=exact.shape)
+        along = float((exact * direction).sum())
+        found = (loss(name, step * direction) - loss(name, -step * direction)) / (2 * step)
+        assert abs(found - along) <= max(2e-5 * abs(along), 1e-6 * np.abs(exact * direction).sum()), name
+    return rollout
 
 
 def same(one: Gradient, other: Gradient, names: tuple[str, ...] = GROUPS) -> bool:

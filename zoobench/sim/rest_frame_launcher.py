@@ -15,6 +15,7 @@ from zoobench.sim.launch import Launch
 from zoobench.sim.launcher import Launcher
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.launch_plan import LaunchPlan
+from zoobench.sim.model.limbs import Limbs
 from zoobench.sim.model.rest_cells import LANES, RestCells
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.state import Matter, Parameters
@@ -43,9 +44,10 @@ class RestFrameLauncher(Launcher):
             )
         super().__init__(scene, fidelity, worlds, real, device, parallel=False)
         self.variant = replace(self.variant, at_once=parallel)
-        self._advance = Launch(rest_frame.advance_rest_frame, optimised=True)
-        self._reverse = Launch(rest_frame_adjoint.reverse_rest_frame, optimised=True)
-        self._survey = Launch(rest_frame.survey_rest_frame, optimised=True)
+        # Taichi's own optimisation gains a twentieth, and compiles for 30 s in place of 6
+        self._advance = Launch(rest_frame.advance_rest_frame)
+        self._reverse = Launch(rest_frame_adjoint.reverse_rest_frame)
+        self._survey = Launch(rest_frame.survey_rest_frame)
         self._rest = RestCells.of(scene.robot, fidelity)
         self._tables = self._tensors(self._rest)
 
@@ -125,7 +127,16 @@ class RestFrameLauncher(Launcher):
             *(torch.as_tensor(each, device=self._device) for each in (cells.nodes, cells.particles, cells.shape)),
             self._wide(cells.slopes.reshape(shapes, 3 * LANES, LANES)), self._wide(turned),
             self._wide(cells.masses), self._wide(cells.weights), self._of_worlds(count, 7, LANES), self._of_nodes(),
+            *self._limbs(cells),
         )  # fmt: skip
+
+    def _limbs(self, cells: RestCells) -> tuple[Tensor, ...]:
+        """The parts that can meet as the kernels take them, and memory for those that do."""
+        limbs = Limbs.of(cells, self._fidelity.grid_spacing)
+        boxes = self._of_worlds(len(limbs.members) + len(limbs.first) - 1, 2, 4)
+        meeting = torch.zeros((self._worlds, len(limbs.apart) + 1), dtype=torch.int32, device=self._device)
+        lists = (torch.as_tensor(each, device=self._device) for each in (limbs.members, limbs.first, limbs.apart))
+        return (*lists, boxes, meeting)
 
     def _of_worlds(self, *shape: int) -> Tensor:
         """Zeros `[worlds, *shape]`."""

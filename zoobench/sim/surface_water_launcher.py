@@ -29,7 +29,6 @@ class SurfaceWaterLauncher(RestFrameLauncher):
             )
         super().__init__(scene, fidelity, worlds, real, device, parallel)
         assert scene.surface_water is not None
-        # Taichi's own optimisation gains nothing forward and a fifth of a gradient's time, and takes 90 s to compile
         self._advance = Launch(panel_forces.advance_swimmer)
         self._reverse = Launch(panel_forces_adjoint.reverse_swimmer)
         panels = SurfacePanels.of(scene.robot, scene.surface_water, self._rest, fidelity.grid_spacing)

@@ -11,9 +11,9 @@ from zoobench.arrays import Array
 from zoobench.designs.base import Body, Drawing
 from zoobench.designs.hull import hull_of
 from zoobench.designs.sampling import Shape
+from zoobench.sim.kernels.cells import FORCE
 from zoobench.sim.kernels.layout import V, X
 from zoobench.sim.kernels.panel_forces import ADDED, ADDED_SHEAR
-from zoobench.sim.kernels.rest_frame import FORCE
 from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.laws.elastic import ElasticMaterial

@@ -27,19 +27,13 @@ F and L are those of the middle of the panel's cell: at a corner they are those 
 import taichi as ti
 
 from zoobench.sim.kernels.array_types import Rows, Scalars, Wide
+from zoobench.sim.kernels.cells import FORCE, Cells, lanes_of, load_cells, summed
 from zoobench.sim.kernels.columns import zero_lanes
 from zoobench.sim.kernels.context import Context
 from zoobench.sim.kernels.elastic import SMALLEST_J
 from zoobench.sim.kernels.layout import VOLUME, V, X, scene_constants, while_compiling
-from zoobench.sim.kernels.rest_frame import (
-    FORCE,
-    Cells,
-    find_forces,
-    inverse_transposed,
-    lanes_of,
-    load_cells,
-    write_particles,
-)
+from zoobench.sim.kernels.limb_contact import Limbs, find_meetings, for_cells_that_meet, push_cells
+from zoobench.sim.kernels.rest_frame import find_forces, inverse_transposed, write_particles
 from zoobench.sim.model.rest_cells import LANES
 from zoobench.sim.model.surface_water import SurfaceWater
 
@@ -209,12 +203,6 @@ def wet_panels(c: ti.template(), g):
 
 
 @ti.func
-def summed(share, a, b, d):
-    """Sums over the lanes of three values by their share, as a row."""
-    return ti.Vector([(share * a).sum(), (share * b).sum(), (share * d).sum(), 0.0 * share[0]])
-
-
-@ti.func
 def load_displaced(body: ti.template(), c: ti.template()):
     """Fill `displaced` with the volumes at the nodes of a world [m^3]."""
     for n in range(c.displaced.shape[1]):
@@ -286,26 +274,31 @@ def find_wet_forces(c: ti.template()):
 def advance_swimmer(
     state: Rows, nodes: Rows, body: Rows, plan: Scalars, dts: Scalars, constants: Scalars, terrain: Rows, node: Scalars,
     particle: Scalars, shape: Scalars, slopes: Wide, turned: Wide, masses: Wide, weights: Wide, law: Wide,
-    inverse: Scalars, displaced: Scalars, cell: Scalars, around: Scalars, panel_weights: Wide, given: Wide, bend: Rows,
-    stride: int, variant: ti.template(),
+    inverse: Scalars, members: Scalars, first: Scalars, apart: Scalars, boxes: Rows, meeting: Scalars,
+    displaced: Scalars, cell: Scalars, around: Scalars, panel_weights: Wide, given: Wide, bend: Rows, stride: int,
+    variant: ti.template(),
 ):  # fmt: skip
     """As `rest_frame.advance_rest_frame`, in water, which is over no terrain."""
     ti.loop_config(serialize=not variant.at_once)
     for w in range(state.shape[1]):
         scene = scene_constants(constants, SurfaceWater)
         cells = Cells(node, particle, shape, slopes, turned, masses, weights, law, inverse)
+        limbs = Limbs(members, first, apart, boxes, meeting)
         panels = Panels(cell, around, panel_weights, given, bend)
         if plan[w, 1] > 0:
             load_cells(body, cells, scene, w)
-            load_displaced(body, Context(variant, cells=cells, scene=scene, displaced=displaced, w=w))
+            every = Context(
+                variant, own_nodes=nodes, cells=cells, limbs=limbs, panels=panels, displaced=displaced, scene=scene,
+                dt=dts[w], w=w, s=plan[w, 0],
+            )  # fmt: skip
+            load_displaced(body, every)
+            find_meetings(every, plan[w, 1] * dts[w])
             for m in range(plan[w, 1]):
                 s = plan[w, 0] + m * stride
                 t = s + stride
-                c = Context(
-                    variant, own_nodes=nodes, cells=cells, panels=panels, displaced=displaced, scene=scene, dt=dts[w],
-                    w=w, s=s,
-                )  # fmt: skip
+                c = every.but(s=s)
                 find_wet_forces(c)
+                for_cells_that_meet(c, push_cells)
                 for n in range(inverse.shape[1]):
                     v = nodes[s, w, n, V]
                     if inverse[w, n] > 0.0:

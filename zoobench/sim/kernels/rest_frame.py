@@ -9,18 +9,27 @@ its first Piola-Kirchhoff stress is that of `elastic`,
 and a particle of volume V acts on a node with the force -V P g. Nothing is advected: weights, masses and neighbours
 stay. The ground's skin is that of `skin_contact`: it pushes on particles, and rubs at nodes.
 
-The eight particles of a cell are the lanes of a vector (`wide`), in which matrices are lists of rows. A force is summed
-over them with the nodes in the lanes.
-
-    nodes    [slots, worlds, nodes, 4] rows of a node: X, V and what the substep from this slot found, FORCE and PUSH
-    law      [worlds, cells, 7] of the lanes of a cell, rows below
-    inverse  [worlds, nodes] one over the mass of the nodes [1/kg], 0 without any
+Particles are taken by cells, see `cells`.
 """
 
 import taichi as ti
 
 from zoobench.sim.kernels.array_types import Rows, Scalars, Wide
 from zoobench.sim.kernels.boundary import TERRAIN, WALL_NODES
+from zoobench.sim.kernels.cells import (
+    FORCE,
+    LAYER_FORCE,
+    OF_FIBRE,
+    OF_LAM,
+    OF_MU,
+    OF_TENSION,
+    OF_VOLUME,
+    Cells,
+    add_to_nodes,
+    load_cells,
+    place_of,
+    slope,
+)
 from zoobench.sim.kernels.columns import cofactor, determinant, dot, matrix, scale, zero_lanes
 from zoobench.sim.kernels.context import Context
 from zoobench.sim.kernels.elastic import SMALLEST_J
@@ -36,42 +45,11 @@ from zoobench.sim.kernels.layout import (
     columns,
     put_columns,
     scene_constants,
-    while_compiling,
 )
+from zoobench.sim.kernels.limb_contact import Limbs, find_meetings, for_cells_that_meet, push_cells
 from zoobench.sim.kernels.skin_contact import coulomb_friction, ground_below, layer_force
 from zoobench.sim.kernels.survey import largest_square
-from zoobench.sim.model.rest_cells import LANES, WEAKEST
-
-FORCE, LAYER_FORCE = 2, 3
-"""Rows of a node beside X and V: internal force [N], and force of the ground's skin [N]."""
-
-OF_VOLUME, OF_MU, OF_LAM, OF_TENSION, OF_FIBRE = 0, 1, 2, 3, 4
-"""Rows of `law`: volume [m^3], Lame parameters and tension [Pa], and three of the fibre."""
-
-WEAK, WEAKNESS = WEAKEST, 0.01
-"""Largest number of a weak point, whose particle is as far below it, and its volume by that of the particle: enough to
-hold nodes with a 64th of the particle's mass, and too little for the bound on the step."""
-
-
-@while_compiling
-@ti.data_oriented
-class Cells:
-    """The arrays of a body's cells as one argument: those of `model.rest_cells`, and what is gathered from particles.
-
-    `turned` is `slopes` with nodes in the lanes `[shapes, 24]`, by lane and axis.
-    """
-
-    def __init__(self, node, particle, shape, slopes, turned, masses, weights, law, inverse):
-        self.node, self.particle, self.shape = node, particle, shape
-        self.slopes, self.turned, self.masses, self.weights = slopes, turned, masses, weights
-        self.law, self.inverse = law, inverse
-
-
-@ti.func
-def lanes_of(value):
-    """A vector with the same number in every lane."""
-    return ti.Vector([value, value, value, value, value, value, value, value])
-
+from zoobench.sim.model.rest_cells import LANES
 
 _LOG_TERMS = 20
 
@@ -91,48 +69,6 @@ def log_lanes(a):
         for k in ti.static(range(4)):
             parts[k] = parts[k] * eighth + 1.0 / (2 * (_LOG_TERMS - 8 - 4 * j + k) + 1)
     return 8.0 * u * ((parts[0] + square * parts[1]) + fourth * (parts[2] + square * parts[3]))
-
-
-@ti.func
-def load_cells(body: ti.template(), cells: ti.template(), scene: ti.template(), w):
-    """Fill `law` and `inverse` from the particles of a world."""
-    for n in range(cells.inverse.shape[1]):
-        cells.inverse[w, n] = 0.0 * scene.spacing
-    for c in range(cells.node.shape[0]):
-        rows = [lanes_of(0.0 * scene.spacing) for _ in ti.static(range(7))]
-        for lane in ti.static(range(LANES)):
-            p = cells.particle[c, lane]
-            if p >= 0 or p <= WEAK:
-                q = body[w, ti.max(p, WEAK - p), 0]
-                rows[OF_VOLUME][lane] = ti.select(p >= 0, q[VOLUME], WEAKNESS * q[VOLUME])
-                rows[OF_MU][lane] = scene.mu * q[STIFFNESS]
-                rows[OF_LAM][lane] = scene.lam * q[STIFFNESS]
-            if p >= 0:
-                q, fibre = body[w, p, 0], body[w, p, 1]
-                rows[OF_TENSION][lane] = q[TENSION]
-                for d in ti.static(range(3)):
-                    rows[OF_FIBRE + d][lane] = fibre[d]
-                for i in ti.static(range(8)):
-                    cells.inverse[w, cells.node[c, i]] += q[MASS] * cells.masses[cells.shape[c], i][lane]
-        for k in ti.static(range(7)):
-            cells.law[w, c, k] = rows[k]
-    for n in range(cells.inverse.shape[1]):
-        if cells.inverse[w, n] > 0.0:
-            cells.inverse[w, n] = 1.0 / cells.inverse[w, n]
-
-
-@ti.func
-def slope(nodes: ti.template(), cells: ti.template(), s, w, c, row: ti.template()):
-    """sum x g^T of a row of the nodes, at the particles of a cell: F of places, its rate of velocities."""
-    shape = cells.shape[c]
-    found = [[lanes_of(0.0 * nodes[s, w, 0, 0][3]) for _ in ti.static(range(3))] for _ in ti.static(range(3))]
-    for i in ti.static(range(8)):
-        q = nodes[s, w, cells.node[c, i], row]
-        for k in ti.static(range(3)):
-            g = cells.slopes[shape, 3 * i + k]
-            for r in ti.static(range(3)):
-                found[r][k] += q[r] * g
-    return found
 
 
 @ti.func
@@ -183,29 +119,6 @@ def along_fibre(a: ti.template(), law: ti.template(), w, c):
         a[r][0] * law[w, c, OF_FIBRE] + a[r][1] * law[w, c, OF_FIBRE + 1] + a[r][2] * law[w, c, OF_FIBRE + 2]
         for r in ti.static(range(3))
     ]
-
-
-@ti.func
-def add_to_nodes(target: ti.template(), s, w, row: ti.template(), cells: ti.template(), c, q: ti.template()):
-    """Add sum q g over the particles of a cell to a row of its nodes."""
-    shape = cells.shape[c]
-    out = [0.0 * q[0][0] for _ in ti.static(range(3))]
-    for lane in ti.static(range(LANES)):
-        for k in ti.static(range(3)):
-            g = cells.turned[shape, 3 * lane + k]
-            for r in ti.static(range(3)):
-                out[r] += q[r][k][lane] * g
-    for i in ti.static(range(8)):
-        target[s, w, cells.node[c, i], row] += ti.Vector([out[0][i], out[1][i], out[2][i], 0.0])
-
-
-@ti.func
-def place_of(nodes: ti.template(), cells: ti.template(), s, w, c, lane: ti.template(), row: ti.template()):
-    """A row of the nodes at the place of one particle."""
-    found = 0.0 * nodes[s, w, 0, row]
-    for i in ti.static(range(8)):
-        found += cells.weights[c, i][lane] * nodes[s, w, cells.node[c, i], row]
-    return found
 
 
 @ti.func
@@ -297,7 +210,8 @@ def write_particles(state: ti.template(), nodes: ti.template(), cells: ti.templa
 def advance_rest_frame(
     state: Rows, nodes: Rows, body: Rows, plan: Scalars, dts: Scalars, constants: Scalars, terrain: Rows, node: Scalars,
     particle: Scalars, shape: Scalars, slopes: Wide, turned: Wide, masses: Wide, weights: Wide, law: Wide,
-    inverse: Scalars, stride: int, variant: ti.template(),
+    inverse: Scalars, members: Scalars, first: Scalars, apart: Scalars, boxes: Rows, meeting: Scalars, stride: int,
+    variant: ti.template(),
 ):  # fmt: skip
     """The planned substeps of every world, each result `stride` slots further (0: in place). Particles are written in
     the last slot alone."""
@@ -305,15 +219,20 @@ def advance_rest_frame(
     for w in range(state.shape[1]):
         scene = scene_constants(constants)
         cells = Cells(node, particle, shape, slopes, turned, masses, weights, law, inverse)
+        limbs = Limbs(members, first, apart, boxes, meeting)
         if plan[w, 1] > 0:
             load_cells(body, cells, scene, w)
+            every = Context(
+                variant, own_nodes=nodes, cells=cells, limbs=limbs, scene=scene, terrain=terrain, dt=dts[w], w=w,
+                s=plan[w, 0],
+            )  # fmt: skip
+            find_meetings(every, plan[w, 1] * dts[w])
             for m in range(plan[w, 1]):
                 s = plan[w, 0] + m * stride
                 t = s + stride
-                c = Context(
-                    variant, own_nodes=nodes, cells=cells, scene=scene, terrain=terrain, dt=dts[w], w=w, s=s
-                )  # fmt: skip
+                c = every.but(s=s)
                 find_forces(c)
+                for_cells_that_meet(c, push_cells)
                 for n in range(inverse.shape[1]):
                     if inverse[w, n] > 0.0:
                         _before, v, _a = moved(c, n)

@@ -3,17 +3,16 @@
 adjoint        [1, worlds, particles] rows of the particles, of which X and V pass on to the nodes
 nodes_adjoint  [1, worlds, nodes, 4] adjoints of X and V of the nodes; those of FORCE and PUSH within a substep
 inverse_adjoint  [worlds, nodes] of the inverse masses
-sums           [worlds, cells, 6] adjoints of volume, stiffness, tension and fibre of the particles
 """
 
 import taichi as ti
 
 from zoobench.sim.kernels.array_types import Rows, Scalars, Wide
-from zoobench.sim.kernels.columns import dot, zero_lanes
-from zoobench.sim.kernels.context import Context
-from zoobench.sim.kernels.elastic import SMALLEST_J
-from zoobench.sim.kernels.layout import V, X, scene_constants
-from zoobench.sim.kernels.rest_frame import (
+from zoobench.sim.kernels.cells import (
+    BY_FIBRE,
+    BY_STIFFNESS,
+    BY_TENSION,
+    BY_VOLUME,
     FORCE,
     LAYER_FORCE,
     OF_FIBRE,
@@ -25,25 +24,29 @@ from zoobench.sim.kernels.rest_frame import (
     WEAKNESS,
     Cells,
     add_to_nodes,
+    lanes_of,
+    load_cells,
+    place_of,
+    slope,
+)
+from zoobench.sim.kernels.columns import dot, zero_lanes
+from zoobench.sim.kernels.context import Context
+from zoobench.sim.kernels.elastic import SMALLEST_J
+from zoobench.sim.kernels.layout import V, X, scene_constants
+from zoobench.sim.kernels.limb_contact import Limbs, find_meetings, for_cells_that_meet, push_cells_adjoint
+from zoobench.sim.kernels.rest_frame import (
     along_fibre,
     inverse_transposed,
     is_near,
-    lanes_of,
-    load_cells,
     log_lanes,
     moved,
-    place_of,
     product,
     product_transposed,
-    slope,
     spherical,
     viscous_stress,
 )
 from zoobench.sim.kernels.skin_contact import coulomb_friction_adjoint, ground_below, layer_force
 from zoobench.sim.model.rest_cells import LANES
-
-BY_VOLUME, BY_STIFFNESS, BY_TENSION, BY_FIBRE = 0, 1, 2, 3
-"""Rows of `sums`, three of the fibre."""
 
 
 @ti.func
@@ -200,7 +203,8 @@ def give_particles(
 def reverse_rest_frame(
     state: Rows, nodes: Rows, body: Rows, plan: Scalars, dts: Scalars, constants: Scalars, terrain: Rows, node: Scalars,
     particle: Scalars, shape: Scalars, slopes: Wide, turned: Wide, masses: Wide, weights: Wide, law: Wide,
-    inverse: Scalars, inverse_adjoint: Scalars, sums: Wide, adjoint: Rows, nodes_adjoint: Rows, body_adjoint: Rows,
+    inverse: Scalars, members: Scalars, first: Scalars, apart: Scalars, boxes: Rows, meeting: Scalars,
+    inverse_adjoint: Scalars, sums: Wide, adjoint: Rows, nodes_adjoint: Rows, body_adjoint: Rows,
     variant: ti.template(),
 ):  # fmt: skip
     """The adjoint of the planned substeps, from the slot past the last back to the first.
@@ -211,8 +215,14 @@ def reverse_rest_frame(
     for w in range(state.shape[1]):
         scene = scene_constants(constants)
         cells = Cells(node, particle, shape, slopes, turned, masses, weights, law, inverse)
+        limbs = Limbs(members, first, apart, boxes, meeting)
         if plan[w, 1] > 0:
             load_cells(body, cells, scene, w)
+            every = Context(
+                variant, own_nodes=nodes, cells=cells, limbs=limbs, scene=scene, terrain=terrain, dt=dts[w], w=w,
+                s=plan[w, 0], nodes_adjoint=nodes_adjoint, inverse_adjoint=inverse_adjoint, sums=sums,
+            )  # fmt: skip
+            find_meetings(every, plan[w, 1] * dts[w])
             take_particles(adjoint, nodes_adjoint, cells, w)
             for n in range(inverse.shape[1]):
                 inverse_adjoint[w, n] = 0.0 * scene.spacing
@@ -221,13 +231,11 @@ def reverse_rest_frame(
                     sums[w, cell, k] = lanes_of(0.0 * scene.spacing)
             for m in range(plan[w, 1]):
                 s = plan[w, 0] + plan[w, 1] - 1 - m
-                c = Context(
-                    variant, own_nodes=nodes, cells=cells, scene=scene, terrain=terrain, dt=dts[w], w=w, s=s,
-                    nodes_adjoint=nodes_adjoint, inverse_adjoint=inverse_adjoint, sums=sums,
-                )  # fmt: skip
+                c = every.but(s=s)
                 moved_adjoint(c)
                 for cell in range(node.shape[0]):
                     stress_adjoint(c, cell)
                     if ti.static(variant.skin):
                         push_cell_adjoint(c, cell)
+                for_cells_that_meet(c, push_cells_adjoint)
             give_particles(body_adjoint, cells, inverse_adjoint, sums, w)

@@ -1,0 +1,211 @@
+"""Contact of a robot's limbs with each other, in its rest frame.
+
+Particles of two parts that are apart (`model.limbs`) repel each other within `REACH` edges e of their cubes, by central
+forces, so that momentum and angular momentum are conserved:
+
+    f = k (REACH e - |r|) r / |r|,    k = 8 / e^2 * w_a w_b / (w_a + w_b),    w = mu V,
+
+with the stiffness of the softer of the two. There is no friction.
+
+Where nothing is near, nothing is computed: boxes around all parts are made once in a launch, as wide as its substeps
+may carry them, and only parts whose boxes meet are looked at in a substep.
+
+    members, first, apart   those of `model.limbs`
+    boxes    [worlds, cells + parts, 2] lower and upper corner of each cell's and each part's particles
+    meeting  [worlds, pairs + 1] the pairs of parts whose boxes meet, and last how many
+"""
+
+import taichi as ti
+
+from zoobench.sim.kernels.cells import BY_STIFFNESS, BY_VOLUME, FORCE, OF_MU, OF_VOLUME, lanes_of, place_of, summed
+from zoobench.sim.kernels.columns import zero_lanes
+from zoobench.sim.kernels.layout import V, X, while_compiling
+from zoobench.sim.model.rest_cells import LANES
+
+REACH = 1.25
+"""Distance within which particles repel each other [cube's edges]. Those of parts that are apart are at least two edges
+away from each other at rest."""
+
+_STIFFNESS = 8.0
+"""So large that limbs of 10 kPa that meet at 2 m/s do not pass through each other, and small enough that the bound on
+the step need not know of it: halving the step changes the energy after such a collision by 4 %."""
+
+_MARGIN = 0.5
+"""Of a box for what its particles gain in speed in one launch [cube's edges]."""
+
+_FAR = 1e30
+_TINY = 1e-30
+
+
+@while_compiling
+@ti.data_oriented
+class Limbs:
+    """The arrays of a body's parts as one argument."""
+
+    def __init__(self, members, first, apart, boxes, meeting):
+        self.members, self.first, self.apart, self.boxes, self.meeting = members, first, apart, boxes, meeting
+
+
+@ti.func
+def particle_rows(c: ti.template(), nodes: ti.template(), s, cell, row: ti.template()):
+    """A row of the nodes at the particles of a cell, as lanes."""
+    found = [lanes_of(0.0 * c.scene.spacing) for _ in ti.static(range(3))]
+    for i in ti.static(range(LANES)):
+        q = nodes[s, c.w, c.cells.node[cell, i], row]
+        for r in ti.static(range(3)):
+            found[r] += q[r] * c.cells.weights[cell, i]
+    return found
+
+
+@ti.func
+def scatter_rows(c: ti.template(), nodes: ti.template(), s, row: ti.template(), cell, given: ti.template()):
+    """Add lanes at the particles of a cell to a row of its nodes."""
+    for i in ti.static(range(LANES)):
+        nodes[s, c.w, c.cells.node[cell, i], row] += summed(c.cells.weights[cell, i], given[0], given[1], given[2])
+
+
+@ti.func
+def scatter_row(c: ti.template(), nodes: ti.template(), s, row: ti.template(), cell, lane, given):
+    """Add a vector at one particle of a cell to a row of its nodes."""
+    for i in ti.static(range(LANES)):
+        nodes[s, c.w, c.cells.node[cell, i], row] += c.cells.weights[cell, i][lane] * given
+
+
+@ti.func
+def strength(c: ti.template(), cell, lane):
+    """w of a particle [J], 0 where there is none."""
+    present = c.cells.particle[cell, lane] >= 0
+    return ti.select(present, c.cells.law[c.w, cell, OF_VOLUME][lane] * c.cells.law[c.w, cell, OF_MU][lane], 0.0)
+
+
+@ti.func
+def strengths(c: ti.template(), cell):
+    """`strength` of the particles of a cell."""
+    found = lanes_of(0.0 * c.scene.spacing)
+    for lane in ti.static(range(LANES)):
+        found[lane] = strength(c, cell, lane)
+    return found
+
+
+@ti.func
+def find_meetings(c: ti.template(), seconds):
+    """Fill `boxes` and `meeting` of a world for so many seconds from slot s on. A box holds the ways of its particles
+    beside those of the whole body, half of what they repel each other within, and more for what they gain in speed."""
+    boxes, apart, meeting = ti.static(c.limbs.boxes, c.limbs.apart, c.limbs.meeting)
+    count = c.cells.node.shape[0]
+    met = 0
+    if apart.shape[0] > 0:
+        reach = (0.5 * REACH + _MARGIN) * c.scene.edge
+        drift = zero_lanes()
+        for n in range(c.own_nodes.shape[2]):
+            drift += c.own_nodes[c.s, c.w, n, V] / c.own_nodes.shape[2]
+        for part in range(c.limbs.first.shape[0] - 1):
+            far = ti.Vector([_FAR, _FAR, _FAR, 0.0]) + 0.0 * c.own_nodes[c.s, c.w, 0, X]
+            low, high = far, 0.0 - far
+            for k in range(c.limbs.first[part], c.limbs.first[part + 1]):
+                cell = c.limbs.members[k]
+                x, v = particle_rows(c, c.own_nodes, c.s, cell, X), particle_rows(c, c.own_nodes, c.s, cell, V)
+                lower, upper = far, 0.0 - far
+                for r in ti.static(range(3)):
+                    end = x[r] + seconds * (v[r] - drift[r])
+                    lower[r] = ti.min(x[r], end).min() - reach
+                    upper[r] = ti.max(x[r], end).max() + reach
+                boxes[c.w, cell, 0], boxes[c.w, cell, 1] = lower, upper
+                low, high = ti.min(low, lower), ti.max(high, upper)
+            boxes[c.w, count + part, 0], boxes[c.w, count + part, 1] = low, high
+        for pair in range(apart.shape[0]):
+            if boxes_meet(c, count + apart[pair, 0], count + apart[pair, 1]):
+                meeting[c.w, met] = pair
+                met += 1
+    meeting[c.w, apart.shape[0]] = met
+
+
+@ti.func
+def boxes_meet(c: ti.template(), a, b):
+    """Whether two boxes have a point in common."""
+    meet = True
+    for r in ti.static(range(3)):
+        meet = (
+            meet and c.limbs.boxes[c.w, a, 0][r] <= c.limbs.boxes[c.w, b, 1][r]
+            and c.limbs.boxes[c.w, b, 0][r] <= c.limbs.boxes[c.w, a, 1][r]
+        )  # fmt: skip
+    return meet
+
+
+@ti.func
+def for_cells_that_meet(c: ti.template(), visit: ti.template()):
+    """Call `visit(c, a, b)` for all cells a and b of parts that meet, whose boxes meet."""
+    members, first, apart = ti.static(c.limbs.members, c.limbs.first, c.limbs.apart)
+    for m in range(c.limbs.meeting[c.w, apart.shape[0]]):
+        pair = c.limbs.meeting[c.w, m]
+        one, other = apart[pair, 0], apart[pair, 1]
+        for i in range(first[one], first[one + 1]):
+            a = members[i]
+            if boxes_meet(c, a, c.cells.node.shape[0] + other):
+                for j in range(first[other], first[other + 1]):
+                    if boxes_meet(c, a, members[j]):
+                        visit(c, a, members[j])
+
+
+@ti.func
+def spring(c: ti.template(), x, y: ti.template(), strong, others):
+    """Between a particle and those of a cell: r, and as lanes k, the reach over |r|, and by how much that is over 1."""
+    between = [x[r] - y[r] for r in ti.static(range(3))]
+    square = between[0] * between[0] + between[1] * between[1] + between[2] * between[2]
+    closeness = REACH * c.scene.edge / ti.sqrt(square + _TINY)
+    rate = _STIFFNESS / (c.scene.edge * c.scene.edge) * strong * others / (strong + others + _TINY)
+    return between, rate, closeness, ti.max(closeness - 1.0, 0.0)
+
+
+@ti.func
+def push_cells(c: ti.template(), a, b):
+    """Add the forces between the particles of two cells to FORCE of their nodes."""
+    y, others = particle_rows(c, c.own_nodes, c.s, b, X), strengths(c, b)
+    on_b = [lanes_of(0.0 * c.scene.spacing) for _ in ti.static(range(3))]
+    for lane in range(LANES):
+        x = place_of(c.own_nodes, c.cells, c.s, c.w, a, lane, X)
+        between, rate, _closeness, over = spring(c, x, y, strength(c, a, lane), others)
+        push = rate * over
+        for r in ti.static(range(3)):
+            on_b[r] += 0.0 - push * between[r]
+        force = summed(push, between[0], between[1], between[2])
+        scatter_row(c, c.own_nodes, c.s, FORCE, a, lane, force)
+    scatter_rows(c, c.own_nodes, c.s, FORCE, b, on_b)
+
+
+@ti.func
+def push_cells_adjoint(c: ti.template(), a, b):
+    """Adjoint of `push_cells`."""
+    y, others = particle_rows(c, c.own_nodes, c.s, b, X), strengths(c, b)
+    given_b = particle_rows(c, c.nodes_adjoint, 0, b, FORCE)
+    by_y = [lanes_of(0.0 * c.scene.spacing) for _ in ti.static(range(3))]
+    by_others = lanes_of(0.0 * c.scene.spacing)
+    for lane in range(LANES):
+        x = place_of(c.own_nodes, c.cells, c.s, c.w, a, lane, X)
+        given_a = place_of(c.nodes_adjoint, c.cells, 0, c.w, a, lane, FORCE)
+        strong = strength(c, a, lane)
+        between, rate, closeness, over = spring(c, x, y, strong, others)
+        given = [given_a[r] - given_b[r] for r in ti.static(range(3))]
+        along = between[0] * given[0] + between[1] * given[1] + between[2] * given[2]
+        # of rate (reach / |r| - 1) r
+        inverse = closeness / (REACH * c.scene.edge)
+        turned = ti.select(over > 0.0, closeness * inverse * inverse * along, 0.0 * along)
+        by_between = [rate * (over * given[r] - turned * between[r]) for r in ti.static(range(3))]
+        for r in ti.static(range(3)):
+            by_y[r] += 0.0 - by_between[r]
+        one = lanes_of(1.0 + 0.0 * c.scene.spacing)
+        by_place = summed(one, by_between[0], by_between[1], by_between[2])
+        scatter_row(c, c.nodes_adjoint, 0, X, a, lane, by_place)
+        share = 1.0 / (strong + others + _TINY)
+        by_rate = _STIFFNESS / (c.scene.edge * c.scene.edge) * over * along * share * share
+        by_others += strong * strong * by_rate
+        if c.cells.particle[a, lane] >= 0:
+            by_strong = (others * others * by_rate).sum()
+            c.sums[c.w, a, BY_VOLUME][lane] += by_strong * c.cells.law[c.w, a, OF_MU][lane]
+            c.sums[c.w, a, BY_STIFFNESS][lane] += by_strong * c.scene.mu * c.cells.law[c.w, a, OF_VOLUME][lane]
+    scatter_rows(c, c.nodes_adjoint, 0, X, b, by_y)
+    for lane in ti.static(range(LANES)):
+        if c.cells.particle[b, lane] < 0:
+            by_others[lane] = 0.0
+    c.sums[c.w, b, BY_VOLUME] += by_others * c.cells.law[c.w, b, OF_MU]
+    c.sums[c.w, b, BY_STIFFNESS] += (c.scene.mu * by_others) * c.cells.law[c.w, b, OF_VOLUME]
