@@ -13,9 +13,9 @@ from zoobench.errors import UsageError
 from zoobench.sim.kernels import rest_frame, rest_frame_adjoint
 from zoobench.sim.launch import Launch
 from zoobench.sim.launcher import Launcher
+from zoobench.sim.model.body_parts import BodyParts
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.launch_plan import LaunchPlan
-from zoobench.sim.model.limbs import Limbs
 from zoobench.sim.model.rest_cells import LANES, RestCells
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.state import Matter, Parameters
@@ -132,10 +132,10 @@ class RestFrameLauncher(Launcher):
 
     def _limbs(self, cells: RestCells) -> tuple[Tensor, ...]:
         """The parts that can meet as the kernels take them, and memory for those that do."""
-        limbs = Limbs.of(cells, self._fidelity.grid_spacing)
-        boxes = self._of_worlds(len(limbs.members) + len(limbs.first) - 1, 2, 4)
-        meeting = torch.zeros((self._worlds, len(limbs.apart) + 1), dtype=torch.int32, device=self._device)
-        lists = (torch.as_tensor(each, device=self._device) for each in (limbs.members, limbs.first, limbs.apart))
+        parts = BodyParts.of(cells, self._scene.robot, self._fidelity)
+        boxes = self._of_worlds(len(parts.members) + len(parts.first) - 1, 2, 4)
+        meeting = torch.zeros((self._worlds, len(parts.apart) + 1), dtype=torch.int32, device=self._device)
+        lists = (torch.as_tensor(each, device=self._device) for each in (parts.members, parts.first, parts.apart))
         return (*lists, boxes, meeting)
 
     def _of_worlds(self, *shape: int) -> Tensor:

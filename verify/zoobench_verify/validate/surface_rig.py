@@ -11,7 +11,7 @@ from zoobench.arrays import Array
 from zoobench.designs.base import Body, Drawing
 from zoobench.designs.hull import hull_of
 from zoobench.designs.sampling import Shape
-from zoobench.sim.kernels.cells import FORCE
+from zoobench.sim.kernels.cell_lanes import FORCE
 from zoobench.sim.kernels.layout import V, X
 from zoobench.sim.kernels.panel_forces import ADDED, ADDED_SHEAR
 from zoobench.sim.model.elastic_bodies import ElasticBody

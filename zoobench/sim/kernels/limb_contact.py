@@ -1,7 +1,7 @@
 """Contact of a robot's limbs with each other, in its rest frame.
 
-Particles of two parts that are apart (`model.limbs`) repel each other within `REACH` edges e of their cubes, by central
-forces, so that momentum and angular momentum are conserved:
+Particles of two parts that are apart (`model.body_parts`) repel each other within `REACH` edges e of their cubes, by
+central forces, so that momentum and angular momentum are conserved:
 
     f = k (REACH e - |r|) r / |r|,    k = 8 / e^2 * w_a w_b / (w_a + w_b),    w = mu V,
 
@@ -10,21 +10,21 @@ with the stiffness of the softer of the two. There is no friction.
 Where nothing is near, nothing is computed: boxes around all parts are made once in a launch, as wide as its substeps
 may carry them, and only parts whose boxes meet are looked at in a substep.
 
-    members, first, apart   those of `model.limbs`
+    members, first, apart   those of `model.body_parts`
     boxes    [worlds, cells + parts, 2] lower and upper corner of each cell's and each part's particles
     meeting  [worlds, pairs + 1] the pairs of parts whose boxes meet, and last how many
 """
 
 import taichi as ti
 
-from zoobench.sim.kernels.cells import BY_STIFFNESS, BY_VOLUME, FORCE, OF_MU, OF_VOLUME, lanes_of, place_of, summed
+from zoobench.sim.kernels.cell_lanes import BY_STIFFNESS, BY_VOLUME, FORCE, OF_MU, OF_VOLUME, lanes_of, place_of, summed
 from zoobench.sim.kernels.columns import zero_lanes
 from zoobench.sim.kernels.layout import V, X, while_compiling
 from zoobench.sim.model.rest_cells import LANES
 
 REACH = 1.25
-"""Distance within which particles repel each other [cube's edges]. Those of parts that are apart are at least two edges
-away from each other at rest."""
+"""Distance within which particles repel each other [cube's edges]; those of parts that are apart are further from each
+other at rest."""
 
 _STIFFNESS = 8.0
 """So large that limbs of 10 kPa that meet at 2 m/s do not pass through each other, and small enough that the bound on

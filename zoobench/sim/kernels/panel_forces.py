@@ -27,7 +27,7 @@ F and L are those of the middle of the panel's cell: at a corner they are those 
 import taichi as ti
 
 from zoobench.sim.kernels.array_types import Rows, Scalars, Wide
-from zoobench.sim.kernels.cells import FORCE, Cells, lanes_of, load_cells, summed
+from zoobench.sim.kernels.cell_lanes import FORCE, Cells, lanes_of, load_cells, summed
 from zoobench.sim.kernels.columns import zero_lanes
 from zoobench.sim.kernels.context import Context
 from zoobench.sim.kernels.elastic import SMALLEST_J

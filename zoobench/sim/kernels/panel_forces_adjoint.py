@@ -7,7 +7,7 @@ displaced_adjoint   [worlds, nodes] of the displaced volumes
 import taichi as ti
 
 from zoobench.sim.kernels.array_types import Rows, Scalars, Wide
-from zoobench.sim.kernels.cells import FORCE, LAYER_FORCE, Cells, lanes_of, load_cells, summed
+from zoobench.sim.kernels.cell_lanes import FORCE, LAYER_FORCE, Cells, lanes_of, load_cells, summed
 from zoobench.sim.kernels.columns import dot, zero_lanes
 from zoobench.sim.kernels.context import Context
 from zoobench.sim.kernels.layout import V, X, scene_constants

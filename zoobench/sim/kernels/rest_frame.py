@@ -9,14 +9,14 @@ its first Piola-Kirchhoff stress is that of `elastic`,
 and a particle of volume V acts on a node with the force -V P g. Nothing is advected: weights, masses and neighbours
 stay. The ground's skin is that of `skin_contact`: it pushes on particles, and rubs at nodes.
 
-Particles are taken by cells, see `cells`.
+Particles are taken by cells, see `cell_lanes`.
 """
 
 import taichi as ti
 
 from zoobench.sim.kernels.array_types import Rows, Scalars, Wide
 from zoobench.sim.kernels.boundary import TERRAIN, WALL_NODES
-from zoobench.sim.kernels.cells import (
+from zoobench.sim.kernels.cell_lanes import (
     FORCE,
     LAYER_FORCE,
     OF_FIBRE,

@@ -8,7 +8,7 @@ inverse_adjoint  [worlds, nodes] of the inverse masses
 import taichi as ti
 
 from zoobench.sim.kernels.array_types import Rows, Scalars, Wide
-from zoobench.sim.kernels.cells import (
+from zoobench.sim.kernels.cell_lanes import (
     BY_FIBRE,
     BY_STIFFNESS,
     BY_TENSION,

@@ -1,7 +1,8 @@
 """The parts of a body in its rest frame that can meet, and pairs of them that matter between them holds apart.
 
 Each cell belongs to one part: what of the body lies in a block of its cells, and hangs together there. Two parts are
-apart if they have no node in common: only their particles can come closer than their matter lets them.
+apart if they have no node in common, so that no matter keeps their particles from each other, and are at rest further
+from each other than particles that meet.
 """
 
 from dataclasses import dataclass
@@ -10,21 +11,28 @@ from itertools import count
 import numpy as np
 from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
+from zoobench.sim.model.elastic_bodies import ElasticBody
+from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.rest_cells import LANES, Ints, RestCells
 
 MOST_BLOCKS = 64
 """In how many blocks a body is divided at most: pairs of parts are looked at in every frame."""
 
+_REST = 1.5
+"""Distance at rest within which particles are beside each other, more than `limb_contact.REACH` [cube's edges]. Where a
+part is thinner than a cube, its particles lie closer than their cubes."""
+
 
 @dataclass(frozen=True)
-class Limbs:
+class BodyParts:
     """The parts of a body.
 
     Attributes:
         members: `[cells]` the cells, part after part.
         first: `[parts + 1]` where in `members` a part begins, and the last ends.
-        apart: `[pairs, 2]` parts that have no node in common.
+        apart: `[pairs, 2]` parts that have no node in common, and are not beside each other at rest.
     """
 
     members: Ints
@@ -32,16 +40,22 @@ class Limbs:
     apart: Ints
 
     @classmethod
-    def of(cls, cells: RestCells, grid_spacing: float) -> "Limbs":
-        """The parts of a body's cells."""
+    def of(cls, cells: RestCells, body: ElasticBody, fidelity: Fidelity) -> "BodyParts":
+        """The parts of a body that has these cells."""
         own = _incidence(np.arange(len(cells.nodes), dtype=np.int32), cells)
-        part = _connected_in_blocks(own, _blocks(cells, grid_spacing))
+        part = _connected_in_blocks(own, _blocks(cells, fidelity.grid_spacing))
         nodes = _incidence(part, cells)
-        shared = (nodes @ nodes.T).toarray() > 0
+        joined = (nodes @ nodes.T).toarray() > 0
+        by_particle = np.zeros(body.particle_count, np.int32)
+        cell, lane = (cells.particles >= 0).nonzero()
+        by_particle[cells.particles[cell, lane]] = part[cell]
+        near = cKDTree(body.positions).query_pairs(_REST * (body.edge or fidelity.particle_edge), output_type="ndarray")
+        one, other = by_particle[near].T
+        joined[one, other] = joined[other, one] = True
         return cls(
             members=np.argsort(part, kind="stable").astype(np.int32),
             first=np.concatenate([[0], np.cumsum(np.bincount(part))]).astype(np.int32),
-            apart=np.column_stack(np.triu(~shared, 1).nonzero()).astype(np.int32),
+            apart=np.column_stack(np.triu(~joined, 1).nonzero()).astype(np.int32),
         )
 
 
