@@ -23,6 +23,12 @@ SMOKE, DRAFT, TINY = Fidelity(1 / 32), Fidelity(1 / 64), Fidelity(1 / 32, partic
 
 SITE_SPACES = [name for name in SPACES if "sites" in registry.get(Kind.DESIGN, name).tags]
 BASED_SPACES = [name for name in SPACES if "base" in registry.get(Kind.DESIGN, name).parameters]
+_SPACE_VERSIONS = {"barycenter": 8, "diff-cppn": 5, "implicit": 5, "particle": 5, "sdf-lerp": 8, "voxel": 5}
+_BODY_VERSIONS = {
+    "arm": 1, "baby-seal": 4, "block": 3, "caterpillar": 3, "cloud": 5, "clownfish": 9, "fish": 8, "gripper": 1,
+    "mesh": 4, "orca": 11, "panda": 4, "shark": 9, "stored": 1, "tuna": 9,
+}  # fmt: skip
+"""Of the bodies in which these versions of the spaces move."""
 every_space = pytest.mark.parametrize("name", SPACES)
 PARTIAL = ["voxel[optimise=geometry]", "implicit[optimise=muscles]", "sdf-lerp[optimise=stiffness]"]
 """Spaces with one part optimised; `test_parts.py` has all combinations."""
@@ -226,6 +232,14 @@ def test_a_space_is_no_base(name: str) -> None:
     """The message names a base to give."""
     with pytest.raises(UsageError, match=r"is a design space.*base=block"):
         made("particle", base=name)
+
+
+def test_a_space_has_a_version_for_its_bodies() -> None:
+    """The settings of a space name a body without its version: where a body has a new one, so have all spaces."""
+    versions = {name: registry.get(Kind.DESIGN, name).version for name in registry.names(Kind.DESIGN)}
+    fixed = {name: version for name, version in versions.items() if name not in SPACES}
+    assert {name: versions[name] for name in SPACES} == _SPACE_VERSIONS, "Write both versions anew."
+    assert fixed == _BODY_VERSIONS, "Give every space the next version, and write both anew."
 
 
 @every_space

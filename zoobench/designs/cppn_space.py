@@ -18,7 +18,7 @@ _WEIGHT_DEVIATION = 2.0  # of the initial weights: sines of about one period acr
 _CHOICE_DEVIATION = 2.0  # of the initial choices: in most nodes one of the two functions dominates
 
 
-@register(Kind.DESIGN, "diff-cppn", version=4, tags=("space",))
+@register(Kind.DESIGN, "diff-cppn", version=5, tags=("space",))
 def cppn_space(*, base: str = "block", connected: bool = True, optimise: Optimised = EVERYTHING) -> NetworkSpace:
     """A design space of patterns: a network of sines and sigmoids whose topology is optimised by gradients too.
 

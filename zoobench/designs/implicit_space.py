@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 _WIDTH = 32
 
 
-@register(Kind.DESIGN, "implicit", version=4, tags=("space",))
+@register(Kind.DESIGN, "implicit", version=5, tags=("space",))
 def implicit_space(*, base: str = "block", connected: bool = True, optimise: Optimised = EVERYTHING) -> NetworkSpace:
     """A design space in which a small network gives occupancy, stiffness and muscle at every place.
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 
-@register(Kind.DESIGN, "particle", version=4, tags=("space", "sites"))
+@register(Kind.DESIGN, "particle", version=5, tags=("space", "sites"))
 @dataclass(frozen=True, kw_only=True)
 class ParticleSpace(BasedSpace):
     """A design space in which every particle has its own occupancy, stiffness and muscle.

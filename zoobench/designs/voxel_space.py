@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 _SMALLEST, _LARGEST = 0.001, 1.0  # edges of a voxel [m]
 
 
-@register(Kind.DESIGN, "voxel", version=4, tags=("space", "sites"))
+@register(Kind.DESIGN, "voxel", version=5, tags=("space", "sites"))
 @dataclass(frozen=True, kw_only=True)
 class VoxelSpace(BasedSpace):
     """A design space in which every voxel of the workspace has its own occupancy, stiffness and muscle.
