@@ -27,7 +27,7 @@ def _steady(scene: Scene, precision: int = 64) -> Fidelity:
 def _momenta(solver: Solver) -> tuple[Array, Array]:
     """Linear and angular momentum of the first world's nodes, whose masses the last launch left behind."""
     nodes = solver.matter.nodes[0, 0].numpy()
-    inverse = solver.launcher._tables[8][0].numpy()  # type: ignore[attr-defined]
+    inverse = solver.launcher._inverse[0].numpy()  # type: ignore[attr-defined]
     mass = np.divide(1.0, inverse, out=np.zeros_like(inverse), where=inverse > 0)
     x, v = nodes[:, 0, :3], nodes[:, 1, :3]
     return mass @ v, mass @ np.cross(x, v)

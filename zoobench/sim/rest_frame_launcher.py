@@ -49,6 +49,7 @@ class RestFrameLauncher(Launcher):
         self._reverse = Launch(rest_frame_adjoint.reverse_rest_frame)
         self._survey = Launch(rest_frame.survey_rest_frame)
         self._rest = RestCells.of(scene.robot, fidelity)
+        self._limbs = self._list_limbs(self._rest)
         self._tables = self._tensors(self._rest)
 
     @property
@@ -123,20 +124,22 @@ class RestFrameLauncher(Launcher):
         count, shapes = len(cells.nodes), len(cells.slopes)
         turned = cells.slopes.transpose(0, 3, 2, 1).reshape(shapes, 3 * LANES, LANES)  # by lane and axis
         self._room: tuple[Tensor, ...] = self._of_nodes(), self._of_worlds(count, 6, LANES)
+        self._inverse = self._of_nodes()
         return (
             *(torch.as_tensor(each, device=self._device) for each in (cells.nodes, cells.particles, cells.shape)),
             self._wide(cells.slopes.reshape(shapes, 3 * LANES, LANES)), self._wide(turned),
-            self._wide(cells.masses), self._wide(cells.weights), self._of_worlds(count, 7, LANES), self._of_nodes(),
-            *self._limbs(cells),
+            self._wide(cells.masses), self._wide(cells.weights), self._of_worlds(count, 7, LANES), self._inverse,
+            *self._limbs,
         )  # fmt: skip
 
-    def _limbs(self, cells: RestCells) -> tuple[Tensor, ...]:
+    def _list_limbs(self, cells: RestCells) -> tuple[Tensor, ...]:
         """The parts that can meet as the kernels take them, and memory for those that do."""
         parts = BodyParts.of(cells, self._scene.robot, self._fidelity)
-        boxes = self._of_worlds(len(parts.members) + len(parts.first) - 1, 2, 4)
+        boxes = self._of_worlds(len(parts.members) + len(parts.first), 2, 4)
+        boxes[:, -1, 1, 1] = float(np.abs(cells.weights).sum(axis=1).max())
         meeting = torch.zeros((self._worlds, len(parts.apart) + 1), dtype=torch.int32, device=self._device)
         lists = (torch.as_tensor(each, device=self._device) for each in (parts.members, parts.first, parts.apart))
-        return (*lists, boxes, meeting)
+        return (*lists, self._wide(parts.share), boxes, meeting)
 
     def _of_worlds(self, *shape: int) -> Tensor:
         """Zeros `[worlds, *shape]`."""

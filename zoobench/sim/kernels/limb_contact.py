@@ -3,38 +3,41 @@
 Particles of two parts that are apart (`model.body_parts`) repel each other within `REACH` edges e of their cubes, by
 central forces, so that momentum and angular momentum are conserved:
 
-    f = k (REACH e - |r|) r / |r|,    k = 8 / e^2 * w_a w_b / (w_a + w_b),    w = mu V,
+    f = k (REACH e - |r|) r / |r|,    k = 4 / e^2 * w_a w_b / (w_a + w_b),    w = mu V g.
 
-with the stiffness of the softer of the two. There is no friction.
+The softer of two has most say in k. Particles of thin parts, which have light nodes, are pushed by a
+share g. There is no friction.
 
-Where nothing is near, nothing is computed: boxes around all parts are made once in a launch, as wide as its substeps
-may carry them, and only parts whose boxes meet are looked at in a substep.
+Where nothing is near, nothing is computed: only parts whose boxes meet are looked at in a substep. Boxes have a margin
+beside what is within reach, and are made anew once a particle may have moved by it since, so that no pair is missed and
+nothing depends on where a launch begins.
 
-    members, first, apart   those of `model.body_parts`
-    boxes    [worlds, cells + parts, 2] lower and upper corner of each cell's and each part's particles
+    members, first, apart, share   those of `model.body_parts`
+    boxes    [worlds, cells + parts + 1, 2] lower and upper corner of each cell's and each part's particles; last the
+             velocity of the body when they were made, how far a node has moved since beside that, at most, and how many
+             times as far a particle can have moved, which may lie outside of its cell
     meeting  [worlds, pairs + 1] the pairs of parts whose boxes meet, and last how many
 """
 
 import taichi as ti
 
 from zoobench.sim.kernels.cell_lanes import BY_STIFFNESS, BY_VOLUME, FORCE, OF_MU, OF_VOLUME, lanes_of, place_of, summed
-from zoobench.sim.kernels.columns import zero_lanes
+from zoobench.sim.kernels.columns import dot, zero_lanes
 from zoobench.sim.kernels.layout import V, X, while_compiling
+from zoobench.sim.model.body_parts import REACH
 from zoobench.sim.model.rest_cells import LANES
 
-REACH = 1.25
-"""Distance within which particles repel each other [cube's edges]; those of parts that are apart are further from each
-other at rest."""
+_STIFFNESS = 4.0
+"""As large as the bound on the step lets it be, which does not know of it: of two cubes that meet without damping, a
+collision changes the energy by up to a sixth at a Courant fraction of 0.7, and by 5 % at half of that."""
 
-_STIFFNESS = 8.0
-"""So large that limbs of 10 kPa that meet at 2 m/s do not pass through each other, and small enough that the bound on
-the step need not know of it: halving the step changes the energy after such a collision by 4 %."""
-
-_MARGIN = 0.5
-"""Of a box for what its particles gain in speed in one launch [cube's edges]."""
+_MARGIN = 1.0
+"""How far a particle may move until boxes are made anew [cube's edges]."""
 
 _FAR = 1e30
-_TINY = 1e-30
+_TINY = 1e-12
+_CLOSEST = 1e-3
+"""Distance that particles have at least, so that no number is too large for single precision [cube's edges]."""
 
 
 @while_compiling
@@ -42,8 +45,9 @@ _TINY = 1e-30
 class Limbs:
     """The arrays of a body's parts as one argument."""
 
-    def __init__(self, members, first, apart, boxes, meeting):
-        self.members, self.first, self.apart, self.boxes, self.meeting = members, first, apart, boxes, meeting
+    def __init__(self, members, first, apart, share, boxes, meeting):
+        self.members, self.first, self.apart, self.share = members, first, apart, share
+        self.boxes, self.meeting = boxes, meeting
 
 
 @ti.func
@@ -74,49 +78,69 @@ def scatter_row(c: ti.template(), nodes: ti.template(), s, row: ti.template(), c
 @ti.func
 def strength(c: ti.template(), cell, lane):
     """w of a particle [J], 0 where there is none."""
-    present = c.cells.particle[cell, lane] >= 0
-    return ti.select(present, c.cells.law[c.w, cell, OF_VOLUME][lane] * c.cells.law[c.w, cell, OF_MU][lane], 0.0)
+    return c.cells.law[c.w, cell, OF_VOLUME][lane] * c.cells.law[c.w, cell, OF_MU][lane] * c.limbs.share[cell][lane]
 
 
 @ti.func
 def strengths(c: ti.template(), cell):
     """`strength` of the particles of a cell."""
-    found = lanes_of(0.0 * c.scene.spacing)
-    for lane in ti.static(range(LANES)):
-        found[lane] = strength(c, cell, lane)
-    return found
+    return c.cells.law[c.w, cell, OF_VOLUME] * c.cells.law[c.w, cell, OF_MU] * c.limbs.share[cell]
 
 
 @ti.func
-def find_meetings(c: ti.template(), seconds):
-    """Fill `boxes` and `meeting` of a world for so many seconds from slot s on. A box holds the ways of its particles
-    beside those of the whole body, half of what they repel each other within, and more for what they gain in speed."""
+def forget_meetings(c: ti.template()):
+    """Have the next `renew_meetings` make all boxes anew."""
+    c.limbs.boxes[c.w, c.limbs.boxes.shape[1] - 1, 1][0] = _FAR
+
+
+@ti.func
+def renew_meetings(c: ti.template()):
+    """Make boxes and the list of those that meet anew, for the places of slot s, where a particle may have left its."""
+    if c.limbs.apart.shape[0] > 0:
+        motion = c.limbs.boxes[c.w, c.limbs.boxes.shape[1] - 1, 1]
+        if motion[0] * motion[1] > _MARGIN * c.scene.edge:
+            find_meetings(c)
+
+
+@ti.func
+def note_motion(c: ti.template(), slot):
+    """Take account of a substep with the velocities of a slot."""
+    if c.limbs.apart.shape[0] > 0:
+        last = c.limbs.boxes.shape[1] - 1
+        drift, fastest = c.limbs.boxes[c.w, last, 0], 0.0 * c.dt
+        for n in range(c.own_nodes.shape[2]):
+            v = c.own_nodes[slot, c.w, n, V] - drift
+            fastest = ti.max(fastest, dot(v, v))
+        c.limbs.boxes[c.w, last, 1][0] += c.dt * ti.sqrt(fastest)
+
+
+@ti.func
+def find_meetings(c: ti.template()):
+    """Fill `boxes` and `meeting` of a world."""
     boxes, apart, meeting = ti.static(c.limbs.boxes, c.limbs.apart, c.limbs.meeting)
     count = c.cells.node.shape[0]
+    reach = (0.5 * REACH + _MARGIN) * c.scene.edge
+    drift = zero_lanes()
+    for n in range(c.own_nodes.shape[2]):
+        drift += c.own_nodes[c.s, c.w, n, V] / c.own_nodes.shape[2]
+    boxes[c.w, boxes.shape[1] - 1, 0], boxes[c.w, boxes.shape[1] - 1, 1][0] = drift, 0.0
+    for part in range(c.limbs.first.shape[0] - 1):
+        far = ti.Vector([_FAR, _FAR, _FAR, 0.0]) + 0.0 * drift
+        low, high = far, 0.0 - far
+        for k in range(c.limbs.first[part], c.limbs.first[part + 1]):
+            cell = c.limbs.members[k]
+            x = particle_rows(c, c.own_nodes, c.s, cell, X)
+            lower, upper = far, 0.0 - far
+            for r in ti.static(range(3)):
+                lower[r], upper[r] = x[r].min() - reach, x[r].max() + reach
+            boxes[c.w, cell, 0], boxes[c.w, cell, 1] = lower, upper
+            low, high = ti.min(low, lower), ti.max(high, upper)
+        boxes[c.w, count + part, 0], boxes[c.w, count + part, 1] = low, high
     met = 0
-    if apart.shape[0] > 0:
-        reach = (0.5 * REACH + _MARGIN) * c.scene.edge
-        drift = zero_lanes()
-        for n in range(c.own_nodes.shape[2]):
-            drift += c.own_nodes[c.s, c.w, n, V] / c.own_nodes.shape[2]
-        for part in range(c.limbs.first.shape[0] - 1):
-            far = ti.Vector([_FAR, _FAR, _FAR, 0.0]) + 0.0 * c.own_nodes[c.s, c.w, 0, X]
-            low, high = far, 0.0 - far
-            for k in range(c.limbs.first[part], c.limbs.first[part + 1]):
-                cell = c.limbs.members[k]
-                x, v = particle_rows(c, c.own_nodes, c.s, cell, X), particle_rows(c, c.own_nodes, c.s, cell, V)
-                lower, upper = far, 0.0 - far
-                for r in ti.static(range(3)):
-                    end = x[r] + seconds * (v[r] - drift[r])
-                    lower[r] = ti.min(x[r], end).min() - reach
-                    upper[r] = ti.max(x[r], end).max() + reach
-                boxes[c.w, cell, 0], boxes[c.w, cell, 1] = lower, upper
-                low, high = ti.min(low, lower), ti.max(high, upper)
-            boxes[c.w, count + part, 0], boxes[c.w, count + part, 1] = low, high
-        for pair in range(apart.shape[0]):
-            if boxes_meet(c, count + apart[pair, 0], count + apart[pair, 1]):
-                meeting[c.w, met] = pair
-                met += 1
+    for pair in range(apart.shape[0]):
+        if boxes_meet(c, count + apart[pair, 0], count + apart[pair, 1]):
+            meeting[c.w, met] = pair
+            met += 1
     meeting[c.w, apart.shape[0]] = met
 
 
@@ -152,8 +176,9 @@ def spring(c: ti.template(), x, y: ti.template(), strong, others):
     """Between a particle and those of a cell: r, and as lanes k, the reach over |r|, and by how much that is over 1."""
     between = [x[r] - y[r] for r in ti.static(range(3))]
     square = between[0] * between[0] + between[1] * between[1] + between[2] * between[2]
-    closeness = REACH * c.scene.edge / ti.sqrt(square + _TINY)
-    rate = _STIFFNESS / (c.scene.edge * c.scene.edge) * strong * others / (strong + others + _TINY)
+    least = _CLOSEST * c.scene.edge
+    closeness = REACH * c.scene.edge / ti.sqrt(ti.max(square, least * least))
+    rate = _STIFFNESS / (c.scene.edge * c.scene.edge) * strong * (others / (strong + others + _TINY))
     return between, rate, closeness, ti.max(closeness - 1.0, 0.0)
 
 
@@ -193,19 +218,15 @@ def push_cells_adjoint(c: ti.template(), a, b):
         by_between = [rate * (over * given[r] - turned * between[r]) for r in ti.static(range(3))]
         for r in ti.static(range(3)):
             by_y[r] += 0.0 - by_between[r]
-        one = lanes_of(1.0 + 0.0 * c.scene.spacing)
-        by_place = summed(one, by_between[0], by_between[1], by_between[2])
+        by_place = summed(lanes_of(1.0 + 0.0 * strong), by_between[0], by_between[1], by_between[2])
         scatter_row(c, c.nodes_adjoint, 0, X, a, lane, by_place)
-        share = 1.0 / (strong + others + _TINY)
-        by_rate = _STIFFNESS / (c.scene.edge * c.scene.edge) * over * along * share * share
-        by_others += strong * strong * by_rate
-        if c.cells.particle[a, lane] >= 0:
-            by_strong = (others * others * by_rate).sum()
-            c.sums[c.w, a, BY_VOLUME][lane] += by_strong * c.cells.law[c.w, a, OF_MU][lane]
-            c.sums[c.w, a, BY_STIFFNESS][lane] += by_strong * c.scene.mu * c.cells.law[c.w, a, OF_VOLUME][lane]
+        total = strong + others + _TINY
+        by_rate = _STIFFNESS / (c.scene.edge * c.scene.edge) * over * along
+        by_others += by_rate * (strong / total) * (strong / total)
+        by_strong = c.limbs.share[a][lane] * (by_rate * (others / total) * (others / total)).sum()
+        c.sums[c.w, a, BY_VOLUME][lane] += by_strong * c.cells.law[c.w, a, OF_MU][lane]
+        c.sums[c.w, a, BY_STIFFNESS][lane] += by_strong * c.scene.mu * c.cells.law[c.w, a, OF_VOLUME][lane]
     scatter_rows(c, c.nodes_adjoint, 0, X, b, by_y)
-    for lane in ti.static(range(LANES)):
-        if c.cells.particle[b, lane] < 0:
-            by_others[lane] = 0.0
+    by_others *= c.limbs.share[b]
     c.sums[c.w, b, BY_VOLUME] += by_others * c.cells.law[c.w, b, OF_MU]
     c.sums[c.w, b, BY_STIFFNESS] += (c.scene.mu * by_others) * c.cells.law[c.w, b, OF_VOLUME]

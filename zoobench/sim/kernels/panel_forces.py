@@ -32,7 +32,14 @@ from zoobench.sim.kernels.columns import zero_lanes
 from zoobench.sim.kernels.context import Context
 from zoobench.sim.kernels.elastic import SMALLEST_J
 from zoobench.sim.kernels.layout import VOLUME, V, X, scene_constants, while_compiling
-from zoobench.sim.kernels.limb_contact import Limbs, find_meetings, for_cells_that_meet, push_cells
+from zoobench.sim.kernels.limb_contact import (
+    Limbs,
+    for_cells_that_meet,
+    forget_meetings,
+    note_motion,
+    push_cells,
+    renew_meetings,
+)
 from zoobench.sim.kernels.rest_frame import find_forces, inverse_transposed, write_particles
 from zoobench.sim.model.rest_cells import LANES
 from zoobench.sim.model.surface_water import SurfaceWater
@@ -274,7 +281,7 @@ def find_wet_forces(c: ti.template()):
 def advance_swimmer(
     state: Rows, nodes: Rows, body: Rows, plan: Scalars, dts: Scalars, constants: Scalars, terrain: Rows, node: Scalars,
     particle: Scalars, shape: Scalars, slopes: Wide, turned: Wide, masses: Wide, weights: Wide, law: Wide,
-    inverse: Scalars, members: Scalars, first: Scalars, apart: Scalars, boxes: Rows, meeting: Scalars,
+    inverse: Scalars, members: Scalars, first: Scalars, apart: Scalars, share: Wide, boxes: Rows, meeting: Scalars,
     displaced: Scalars, cell: Scalars, around: Scalars, panel_weights: Wide, given: Wide, bend: Rows, stride: int,
     variant: ti.template(),
 ):  # fmt: skip
@@ -283,7 +290,7 @@ def advance_swimmer(
     for w in range(state.shape[1]):
         scene = scene_constants(constants, SurfaceWater)
         cells = Cells(node, particle, shape, slopes, turned, masses, weights, law, inverse)
-        limbs = Limbs(members, first, apart, boxes, meeting)
+        limbs = Limbs(members, first, apart, share, boxes, meeting)
         panels = Panels(cell, around, panel_weights, given, bend)
         if plan[w, 1] > 0:
             load_cells(body, cells, scene, w)
@@ -292,11 +299,12 @@ def advance_swimmer(
                 dt=dts[w], w=w, s=plan[w, 0],
             )  # fmt: skip
             load_displaced(body, every)
-            find_meetings(every, plan[w, 1] * dts[w])
+            forget_meetings(every)
             for m in range(plan[w, 1]):
                 s = plan[w, 0] + m * stride
                 t = s + stride
                 c = every.but(s=s)
+                renew_meetings(c)
                 find_wet_forces(c)
                 for_cells_that_meet(c, push_cells)
                 for n in range(inverse.shape[1]):
@@ -307,4 +315,5 @@ def advance_swimmer(
                     else:
                         nodes[t, w, n, X] = nodes[s, w, n, X]
                     nodes[t, w, n, V] = v
+                note_motion(c, t)
             write_particles(state, nodes, cells, plan[w, 0] + plan[w, 1] * stride, w)

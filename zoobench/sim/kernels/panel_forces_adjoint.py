@@ -11,7 +11,14 @@ from zoobench.sim.kernels.cell_lanes import FORCE, LAYER_FORCE, Cells, lanes_of,
 from zoobench.sim.kernels.columns import dot, zero_lanes
 from zoobench.sim.kernels.context import Context
 from zoobench.sim.kernels.layout import V, X, scene_constants
-from zoobench.sim.kernels.limb_contact import Limbs, find_meetings, for_cells_that_meet, push_cells_adjoint
+from zoobench.sim.kernels.limb_contact import (
+    Limbs,
+    for_cells_that_meet,
+    forget_meetings,
+    note_motion,
+    push_cells_adjoint,
+    renew_meetings,
+)
 from zoobench.sim.kernels.panel_forces import (
     ADDED,
     ADDED_SHEAR,
@@ -198,7 +205,7 @@ def give_displaced(c: ti.template()):
 def reverse_swimmer(
     state: Rows, nodes: Rows, body: Rows, plan: Scalars, dts: Scalars, constants: Scalars, terrain: Rows, node: Scalars,
     particle: Scalars, shape: Scalars, slopes: Wide, turned: Wide, masses: Wide, weights: Wide, law: Wide,
-    inverse: Scalars, members: Scalars, first: Scalars, apart: Scalars, boxes: Rows, meeting: Scalars,
+    inverse: Scalars, members: Scalars, first: Scalars, apart: Scalars, share: Wide, boxes: Rows, meeting: Scalars,
     displaced: Scalars, cell: Scalars, around: Scalars, panel_weights: Wide, given: Wide, bend: Rows,
     inverse_adjoint: Scalars, sums: Wide, displaced_adjoint: Scalars, adjoint: Rows, nodes_adjoint: Rows,
     body_adjoint: Rows, variant: ti.template(),
@@ -208,7 +215,7 @@ def reverse_swimmer(
     for w in range(nodes.shape[1]):
         scene = scene_constants(constants, SurfaceWater)
         cells = Cells(node, particle, shape, slopes, turned, masses, weights, law, inverse)
-        limbs = Limbs(members, first, apart, boxes, meeting)
+        limbs = Limbs(members, first, apart, share, boxes, meeting)
         panels = Panels(cell, around, panel_weights, given, bend)
         if plan[w, 1] > 0:
             load_cells(body, cells, scene, w)
@@ -220,7 +227,7 @@ def reverse_swimmer(
                 body_adjoint=body_adjoint, sums=sums,
             )  # fmt: skip
             load_displaced(body, every)
-            find_meetings(every, plan[w, 1] * dts[w])
+            forget_meetings(every)
             for n in range(inverse.shape[1]):
                 inverse_adjoint[w, n] = 0.0 * scene.spacing
                 displaced_adjoint[w, n] = 0.0 * scene.spacing
@@ -228,12 +235,15 @@ def reverse_swimmer(
                 for row in ti.static(range(6)):
                     sums[w, k, row] = lanes_of(0.0 * scene.spacing)
             for m in range(plan[w, 1]):
-                c = every.but(s=plan[w, 0] + plan[w, 1] - 1 - m)
+                s = plan[w, 0] + plan[w, 1] - 1 - m
+                c = every.but(s=s)
+                renew_meetings(c)
                 gained_adjoint(c)
                 for g in range(cell.shape[0]):
                     wet_panels_adjoint(c, g)
                 for k in range(node.shape[0]):
                     stress_adjoint(c, k)
                 for_cells_that_meet(c, push_cells_adjoint)
+                note_motion(c, s)
             give_displaced(every)
             give_particles(body_adjoint, cells, inverse_adjoint, sums, w)

@@ -46,7 +46,14 @@ from zoobench.sim.kernels.layout import (
     put_columns,
     scene_constants,
 )
-from zoobench.sim.kernels.limb_contact import Limbs, find_meetings, for_cells_that_meet, push_cells
+from zoobench.sim.kernels.limb_contact import (
+    Limbs,
+    for_cells_that_meet,
+    forget_meetings,
+    note_motion,
+    push_cells,
+    renew_meetings,
+)
 from zoobench.sim.kernels.skin_contact import coulomb_friction, ground_below, layer_force
 from zoobench.sim.kernels.survey import largest_square
 from zoobench.sim.model.rest_cells import LANES
@@ -148,7 +155,7 @@ def push_cell(c: ti.template(), cell):
 
 @ti.func
 def find_forces(c: ti.template()):
-    """FORCE and PUSH of all nodes of a world at slot s."""
+    """FORCE and LAYER_FORCE of all nodes of a world at slot s."""
     for n in range(c.cells.inverse.shape[1]):
         c.own_nodes[c.s, c.w, n, FORCE] = zero_lanes()
         c.own_nodes[c.s, c.w, n, LAYER_FORCE] = zero_lanes()
@@ -210,8 +217,8 @@ def write_particles(state: ti.template(), nodes: ti.template(), cells: ti.templa
 def advance_rest_frame(
     state: Rows, nodes: Rows, body: Rows, plan: Scalars, dts: Scalars, constants: Scalars, terrain: Rows, node: Scalars,
     particle: Scalars, shape: Scalars, slopes: Wide, turned: Wide, masses: Wide, weights: Wide, law: Wide,
-    inverse: Scalars, members: Scalars, first: Scalars, apart: Scalars, boxes: Rows, meeting: Scalars, stride: int,
-    variant: ti.template(),
+    inverse: Scalars, members: Scalars, first: Scalars, apart: Scalars, share: Wide, boxes: Rows, meeting: Scalars,
+    stride: int, variant: ti.template(),
 ):  # fmt: skip
     """The planned substeps of every world, each result `stride` slots further (0: in place). Particles are written in
     the last slot alone."""
@@ -219,18 +226,19 @@ def advance_rest_frame(
     for w in range(state.shape[1]):
         scene = scene_constants(constants)
         cells = Cells(node, particle, shape, slopes, turned, masses, weights, law, inverse)
-        limbs = Limbs(members, first, apart, boxes, meeting)
+        limbs = Limbs(members, first, apart, share, boxes, meeting)
         if plan[w, 1] > 0:
             load_cells(body, cells, scene, w)
             every = Context(
                 variant, own_nodes=nodes, cells=cells, limbs=limbs, scene=scene, terrain=terrain, dt=dts[w], w=w,
                 s=plan[w, 0],
             )  # fmt: skip
-            find_meetings(every, plan[w, 1] * dts[w])
+            forget_meetings(every)
             for m in range(plan[w, 1]):
                 s = plan[w, 0] + m * stride
                 t = s + stride
                 c = every.but(s=s)
+                renew_meetings(c)
                 find_forces(c)
                 for_cells_that_meet(c, push_cells)
                 for n in range(inverse.shape[1]):
@@ -241,6 +249,7 @@ def advance_rest_frame(
                     else:
                         nodes[t, w, n, X] = nodes[s, w, n, X]
                         nodes[t, w, n, V] = nodes[s, w, n, V]
+                note_motion(c, t)
             write_particles(state, nodes, cells, plan[w, 0] + plan[w, 1] * stride, w)
 
 
@@ -252,8 +261,8 @@ def survey_rest_frame(
     """Fill the `report` of every world alive with the `step_limits.Condition` of its robot, as `survey.survey` does.
 
     In the rest frame the stiffness by place grows in compression, as the square of the largest stretch of F^-1, and the
-    viscosity likewise. There is no velocity gradient of the grid, and no wall: where a terrain ends the robot is beyond
-    the arena, on level ground nowhere.
+    viscosity likewise. There is no velocity gradient of the grid, and no wall: where a
+    terrain ends the robot is beyond the arena, on level ground nowhere.
     """
     ti.loop_config(serialize=not at_once)
     for w in range(state.shape[1]):

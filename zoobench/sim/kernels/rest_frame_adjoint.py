@@ -1,7 +1,7 @@
 """The adjoint of the substep of a robot in its rest frame, see `rest_frame`.
 
 adjoint        [1, worlds, particles] rows of the particles, of which X and V pass on to the nodes
-nodes_adjoint  [1, worlds, nodes, 4] adjoints of X and V of the nodes; those of FORCE and PUSH within a substep
+nodes_adjoint  [1, worlds, nodes, 4] adjoints of X and V of the nodes; those of FORCE and LAYER_FORCE within a substep
 inverse_adjoint  [worlds, nodes] of the inverse masses
 """
 
@@ -33,7 +33,14 @@ from zoobench.sim.kernels.columns import dot, zero_lanes
 from zoobench.sim.kernels.context import Context
 from zoobench.sim.kernels.elastic import SMALLEST_J
 from zoobench.sim.kernels.layout import V, X, scene_constants
-from zoobench.sim.kernels.limb_contact import Limbs, find_meetings, for_cells_that_meet, push_cells_adjoint
+from zoobench.sim.kernels.limb_contact import (
+    Limbs,
+    for_cells_that_meet,
+    forget_meetings,
+    note_motion,
+    push_cells_adjoint,
+    renew_meetings,
+)
 from zoobench.sim.kernels.rest_frame import (
     along_fibre,
     inverse_transposed,
@@ -203,7 +210,7 @@ def give_particles(
 def reverse_rest_frame(
     state: Rows, nodes: Rows, body: Rows, plan: Scalars, dts: Scalars, constants: Scalars, terrain: Rows, node: Scalars,
     particle: Scalars, shape: Scalars, slopes: Wide, turned: Wide, masses: Wide, weights: Wide, law: Wide,
-    inverse: Scalars, members: Scalars, first: Scalars, apart: Scalars, boxes: Rows, meeting: Scalars,
+    inverse: Scalars, members: Scalars, first: Scalars, apart: Scalars, share: Wide, boxes: Rows, meeting: Scalars,
     inverse_adjoint: Scalars, sums: Wide, adjoint: Rows, nodes_adjoint: Rows, body_adjoint: Rows,
     variant: ti.template(),
 ):  # fmt: skip
@@ -215,14 +222,14 @@ def reverse_rest_frame(
     for w in range(state.shape[1]):
         scene = scene_constants(constants)
         cells = Cells(node, particle, shape, slopes, turned, masses, weights, law, inverse)
-        limbs = Limbs(members, first, apart, boxes, meeting)
+        limbs = Limbs(members, first, apart, share, boxes, meeting)
         if plan[w, 1] > 0:
             load_cells(body, cells, scene, w)
             every = Context(
                 variant, own_nodes=nodes, cells=cells, limbs=limbs, scene=scene, terrain=terrain, dt=dts[w], w=w,
                 s=plan[w, 0], nodes_adjoint=nodes_adjoint, inverse_adjoint=inverse_adjoint, sums=sums,
             )  # fmt: skip
-            find_meetings(every, plan[w, 1] * dts[w])
+            forget_meetings(every)
             take_particles(adjoint, nodes_adjoint, cells, w)
             for n in range(inverse.shape[1]):
                 inverse_adjoint[w, n] = 0.0 * scene.spacing
@@ -232,10 +239,12 @@ def reverse_rest_frame(
             for m in range(plan[w, 1]):
                 s = plan[w, 0] + plan[w, 1] - 1 - m
                 c = every.but(s=s)
+                renew_meetings(c)
                 moved_adjoint(c)
                 for cell in range(node.shape[0]):
                     stress_adjoint(c, cell)
                     if ti.static(variant.skin):
                         push_cell_adjoint(c, cell)
                 for_cells_that_meet(c, push_cells_adjoint)
+                note_motion(c, s)
             give_particles(body_adjoint, cells, inverse_adjoint, sums, w)

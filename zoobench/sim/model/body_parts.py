@@ -1,8 +1,8 @@
-"""The parts of a body in its rest frame that can meet, and pairs of them that matter between them holds apart.
+"""The parts of a body in its rest frame, and which of them can meet.
 
 Each cell belongs to one part: what of the body lies in a block of its cells, and hangs together there. Two parts are
-apart if they have no node in common, so that no matter keeps their particles from each other, and are at rest further
-from each other than particles that meet.
+apart if they have no node in common, so that no matter keeps their particles from each other, and are at rest not
+within reach of each other.
 """
 
 from dataclasses import dataclass
@@ -13,6 +13,7 @@ from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from zoobench.arrays import Array
 from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.rest_cells import LANES, Ints, RestCells
@@ -20,9 +21,12 @@ from zoobench.sim.model.rest_cells import LANES, Ints, RestCells
 MOST_BLOCKS = 64
 """In how many blocks a body is divided at most: pairs of parts are looked at in every frame."""
 
-_REST = 1.5
-"""Distance at rest within which particles are beside each other, more than `limb_contact.REACH` [cube's edges]. Where a
-part is thinner than a cube, its particles lie closer than their cubes."""
+REACH = 1.5
+"""Distance within which particles of parts that meet repel each other [cube's edges]."""
+
+
+_ON_A_FACE = (0.75**2 / 4 + 0.25**2 / 8) * (0.75**2 + 0.25**2) ** 2
+"""What a push of one particle of mass 1 on a flat face moves: the sum of w^2 / m over its nodes [-]."""
 
 
 @dataclass(frozen=True)
@@ -33,11 +37,14 @@ class BodyParts:
         members: `[cells]` the cells, part after part.
         first: `[parts + 1]` where in `members` a part begins, and the last ends.
         apart: `[pairs, 2]` parts that have no node in common, and are not beside each other at rest.
+        share: `[cells, 8]` of a push that each particle takes: the square of the mass that it moves when it is pushed
+            alone, over that of one on a flat face, at most 1; 0 where there is none.
     """
 
     members: Ints
     first: Ints
     apart: Ints
+    share: Array
 
     @classmethod
     def of(cls, cells: RestCells, body: ElasticBody, fidelity: Fidelity) -> "BodyParts":
@@ -49,14 +56,24 @@ class BodyParts:
         by_particle = np.zeros(body.particle_count, np.int32)
         cell, lane = (cells.particles >= 0).nonzero()
         by_particle[cells.particles[cell, lane]] = part[cell]
-        near = cKDTree(body.positions).query_pairs(_REST * (body.edge or fidelity.particle_edge), output_type="ndarray")
+        near = cKDTree(body.positions).query_pairs(REACH * (body.edge or fidelity.particle_edge), output_type="ndarray")
         one, other = by_particle[near].T
         joined[one, other] = joined[other, one] = True
         return cls(
             members=np.argsort(part, kind="stable").astype(np.int32),
             first=np.concatenate([[0], np.cumsum(np.bincount(part))]).astype(np.int32),
             apart=np.column_stack(np.triu(~joined, 1).nonzero()).astype(np.int32),
+            share=_share(cells),
         )
+
+
+def _share(cells: RestCells) -> Array:
+    """See `BodyParts.share`, of full particles, each as heavy as 1."""
+    masses = cells.on_nodes(np.ones(cells.particles.max() + 1))
+    inverse = np.divide(1.0, masses, out=np.zeros_like(masses), where=masses > 0.0)
+    mobility = np.einsum("cil,ci->cl", cells.weights**2, inverse[cells.nodes])
+    found: Array = np.where(cells.particles >= 0, np.minimum(1.0, _ON_A_FACE / np.maximum(mobility, _ON_A_FACE)), 0.0)
+    return found**2
 
 
 def _incidence(part: Ints, cells: RestCells) -> csr_array:
@@ -68,9 +85,11 @@ def _incidence(part: Ints, cells: RestCells) -> csr_array:
 def _blocks(cells: RestCells, grid_spacing: float) -> Ints:
     """The block of every cell `[cells]`; of two cells an edge, or as many as make their number small."""
     corner = cells.places[cells.nodes].min(axis=1)
-    index = np.round((corner - corner.min(axis=0)) / grid_spacing).astype(int)
+    # from the middle, so that what is symmetric stays so
+    off = np.round(2 * corner / grid_spacing - (corner.min(axis=0) + corner.max(axis=0)) / grid_spacing)
     for edge in count(2):
-        blocks, block = np.unique(index // edge, axis=0, return_inverse=True)
+        index = (np.sign(off) * np.ceil(np.abs(off) / (2 * edge) - 0.5)).astype(int)
+        blocks, block = np.unique(index, axis=0, return_inverse=True)
         if len(blocks) <= MOST_BLOCKS:
             break
     return np.asarray(block.ravel(), np.int32)
