@@ -136,7 +136,7 @@ class RestFrameLauncher(Launcher):
         """The parts that can meet as the kernels take them, and memory for those that do."""
         parts = BodyParts.of(cells, self._scene.robot, self._fidelity)
         boxes = self._of_worlds(len(parts.members) + len(parts.first), 2, 4)
-        boxes[:, -1, 1, 1] = float(np.abs(cells.weights).sum(axis=1).max())
+        put(boxes[:, : len(parts.members), 0, 3], np.abs(cells.weights).sum(axis=1).max(axis=1))
         meeting = torch.zeros((self._worlds, len(parts.apart) + 1), dtype=torch.int32, device=self._device)
         lists = (torch.as_tensor(each, device=self._device) for each in (parts.members, parts.first, parts.apart))
         return (*lists, self._wide(parts.share), boxes, meeting)

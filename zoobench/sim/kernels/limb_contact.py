@@ -13,9 +13,9 @@ beside what is within reach, and are made anew once a particle may have moved by
 nothing depends on where a launch begins.
 
     members, first, apart, share   those of `model.body_parts`
-    boxes    [worlds, cells + parts + 1, 2] lower and upper corner of each cell's and each part's particles; last the
-             velocity of the body when they were made, how far a node has moved since beside that, at most, and how many
-             times as far a particle can have moved, which may lie outside of its cell
+    boxes    [worlds, cells + parts + 1, 2] lower and upper corner of each cell's and each part's particles; the fourth
+             lane of a cell is how many times as far as its nodes they can move, as they may lie outside of it; last the
+             velocity of the body when boxes were made, and how far a node has moved since beside that, at most
     meeting  [worlds, pairs + 1] the pairs of parts whose boxes meet, and last how many
 """
 
@@ -31,8 +31,8 @@ _STIFFNESS = 4.0
 """As large as the bound on the step lets it be, which does not know of it: of two cubes that meet without damping, a
 collision changes the energy by up to a sixth at a Courant fraction of 0.7, and by 5 % at half of that."""
 
-_MARGIN = 1.0
-"""How far a particle may move until boxes are made anew [cube's edges]."""
+_MARGIN = 0.25
+"""How far a node may move until boxes are made anew [cube's edges]; with more, more boxes meet."""
 
 _FAR = 1e30
 _TINY = 1e-12
@@ -97,8 +97,7 @@ def forget_meetings(c: ti.template()):
 def renew_meetings(c: ti.template()):
     """Make boxes and the list of those that meet anew, for the places of slot s, where a particle may have left its."""
     if c.limbs.apart.shape[0] > 0:
-        motion = c.limbs.boxes[c.w, c.limbs.boxes.shape[1] - 1, 1]
-        if motion[0] * motion[1] > _MARGIN * c.scene.edge:
+        if c.limbs.boxes[c.w, c.limbs.boxes.shape[1] - 1, 1][0] > _MARGIN * c.scene.edge:
             find_meetings(c)
 
 
@@ -119,18 +118,18 @@ def find_meetings(c: ti.template()):
     """Fill `boxes` and `meeting` of a world."""
     boxes, apart, meeting = ti.static(c.limbs.boxes, c.limbs.apart, c.limbs.meeting)
     count = c.cells.node.shape[0]
-    reach = (0.5 * REACH + _MARGIN) * c.scene.edge
     drift = zero_lanes()
     for n in range(c.own_nodes.shape[2]):
         drift += c.own_nodes[c.s, c.w, n, V] / c.own_nodes.shape[2]
-    boxes[c.w, boxes.shape[1] - 1, 0], boxes[c.w, boxes.shape[1] - 1, 1][0] = drift, 0.0
+    boxes[c.w, boxes.shape[1] - 1, 0], boxes[c.w, boxes.shape[1] - 1, 1] = drift, zero_lanes()
     for part in range(c.limbs.first.shape[0] - 1):
         far = ti.Vector([_FAR, _FAR, _FAR, 0.0]) + 0.0 * drift
         low, high = far, 0.0 - far
         for k in range(c.limbs.first[part], c.limbs.first[part + 1]):
             cell = c.limbs.members[k]
             x = particle_rows(c, c.own_nodes, c.s, cell, X)
-            lower, upper = far, 0.0 - far
+            lower, upper = boxes[c.w, cell, 0], zero_lanes()
+            reach = (0.5 * REACH + _MARGIN * lower[3]) * c.scene.edge
             for r in ti.static(range(3)):
                 lower[r], upper[r] = x[r].min() - reach, x[r].max() + reach
             boxes[c.w, cell, 0], boxes[c.w, cell, 1] = lower, upper
