@@ -43,7 +43,7 @@ def _pitch(angle: float) -> torch.Tensor:
         ("kick", [0.02, 0.05, 0.04]),
         ("lift", [0.01, -0.02, -0.03]),
         ("catch", [0.01, -0.02, -0.03]),
-        ("carry[drop_penalty=2]", [0.02, 0.05 - 0.04, 0.04 - 0.06]),
+        ("carry[allowed_fall=0,drop_penalty=2]", [0.02, 0.05 - 0.04, 0.04 - 0.06]),
         ("topple", [0.0, 0.0, 0.0]),
     ],
 )  # fmt: skip
@@ -56,14 +56,14 @@ def test_a_reward_follows_from_the_way_of_the_object(task: str, rewards: list[fl
 
 
 def test_scores_follow_from_the_rewards() -> None:
-    """The last one; of lift the mean, of catch in the last quarter; of carry the way less the mean fall."""
+    """The last one; of lift the mean, of catch in the last quarter; of carry the way less the largest fall."""
     made = carried(WAYS)
     for name in ("push", "push-to", "kick", "topple"):
         task = _task(name)
         assert task.score(made).item() == task.reward(made)[-1].item()
     assert _task("lift").score(made).item() == pytest.approx((0.01 - 0.02 - 0.03) / 3)
     assert _task("catch").score(made).item() == pytest.approx(-0.03)
-    assert _task("carry").score(made).item() == pytest.approx(0.04 - 10.0 * (0.02 + 0.03) / 3)
+    assert _task("carry").score(made).item() == pytest.approx(0.04 - 10.0 * (0.03 - 0.005))
 
 
 @pytest.mark.parametrize("ahead", [0.03, -0.03])
@@ -157,10 +157,10 @@ def test_a_second_object_does_not_count() -> None:
 
 
 def test_a_penalty_is_none_that_rewards_a_fall() -> None:
-    """Nor one that is no number."""
-    for value in ("-1", "nan"):
-        with pytest.raises(UsageError, match="drop_penalty"):
-            _task(f"carry[drop_penalty={value}]")
+    """Nor one that is no number, nor an allowance for a rise."""
+    for name, value in (("drop_penalty", "-1"), ("drop_penalty", "nan"), ("allowed_fall", "-0.001")):
+        with pytest.raises(UsageError, match=name):
+            _task(f"carry[{name}={value}]")
 
 
 def test_without_an_object_there_is_none_to_read() -> None:

@@ -1,5 +1,6 @@
 """Carry: take an object along without letting it fall (Carrier of EvoGym, Bhatia et al. 2021)."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
@@ -14,42 +15,46 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 
-@register(Kind.TASK, "carry", tags=("object",))
+@register(Kind.TASK, "carry", version=2, tags=("object",))
 @dataclass(frozen=True, kw_only=True)
 class Carry(ObjectTask):
     """Take an object on the robot's back as far as possible in one direction, without letting it fall.
 
-    The score is the way of the object's centre of mass in the direction until the end, less `drop_penalty` times how
-    far it was below its start, on average over the frames [m]. The reward of a frame is the same with the present
-    height. A robot at rest scores zero.
+    The score is the way of the object's centre of mass in the direction until the end, less `drop_penalty` times its
+    largest fall [m]: what slides off the back as the episode ends was not carried. A fall counts from `allowed_fall`
+    below the start on, as a soft back sinks under its load. The reward of a frame is the same with the present fall. A
+    robot at rest scores zero.
 
     A closed loop observes the object's place, velocity and axes, relative to the robot.
 
     * `heading`: the direction [degrees], counter-clockwise seen from above, relative to the robot's heading at rest.
     * `drop_penalty`: metres of way that a metre of height is worth [-].
+    * `allowed_fall`: by how much the object may sink [m].
     """
 
     heading: float = 0.0
     drop_penalty: float = 10.0
+    allowed_fall: float = 0.005
     unit: ClassVar[str] = "m"
 
     def __post_init__(self) -> None:
         if not self.drop_penalty >= 0.0:
             raise UsageError(f"A drop_penalty of {self.drop_penalty:g} is not possible. Give 0 or more.")
+        if not 0.0 <= self.allowed_fall < math.inf:
+            raise UsageError(f"An allowed_fall of {self.allowed_fall:g} m is not possible. Give 0 or more.")
 
     def reward(self, motion: Motion) -> "Tensor":
         """Way of the object less the penalty for its present height `[frames, worlds]` [m]."""
-        return along(object_way(motion), self.heading) - self.drop_penalty * _fall(motion)
+        return along(object_way(motion), self.heading) - self.drop_penalty * self._fall(motion)
 
     def score(self, motion: Motion) -> "Tensor":
-        """Way of the object until the end less the penalty for its height on average `[worlds]` [m]."""
-        return along(object_way(motion)[-1], self.heading) - self.drop_penalty * _fall(motion).mean(dim=0)
+        """Way of the object until the end less the penalty for its lowest height `[worlds]` [m]."""
+        return along(object_way(motion)[-1], self.heading) - self.drop_penalty * self._fall(motion).amax(dim=0)
 
     def metrics(self, motion: Motion) -> Mapping[str, tuple["Tensor", str]]:
-        """The mean fall of the object, its readings, and the common readings of the robot."""
-        return {"object_fall": (_fall(motion).mean(dim=0), "m"), **super().metrics(motion)}
+        """The largest fall of the object, its readings, and the common readings of the robot."""
+        return {"object_fall": (self._fall(motion).amax(dim=0), "m"), **super().metrics(motion)}
 
-
-def _fall(motion: Motion) -> "Tensor":
-    """How far the object is below its start at the end of every frame `[frames, worlds]` [m]."""
-    return (-object_way(motion)[..., 1]).clamp(min=0.0)
+    def _fall(self, motion: Motion) -> "Tensor":
+        """How far the object is lower than it may be at the end of every frame `[frames, worlds]` [m]."""
+        return (-object_way(motion)[..., 1] - self.allowed_fall).clamp(min=0.0)
