@@ -169,6 +169,8 @@ def test_an_arena_with_objects_does_not_follow_its_robot(block: Body) -> None:
         ({"object": "sheet"}, "0.8 cells of 0.01562 m; 2 are needed"),
         ({"object_place": "back", "object_shift": 1.0}, "No part of the robot is below"),
         ({"object_place": "back", "object_gap": 0.0}, "has no object_gap"),
+        ({"object_place": "back", "object_height": 0.1}, "object_height of 0.1 m on the robot's back"),
+        ({"object_height": -0.1}, "object_height of -0.1"),
         ({"object_place": "back", "object_count": 3, "object_size": 0.16}, "does not fit into the arena"),
         ({"object_mass": 1e6}, "sinks into the ground"),
         ({"object_mass": -1.0}, "object_mass of -1"),

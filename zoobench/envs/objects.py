@@ -52,6 +52,7 @@ class Objects:
     * `object_mass`: of one [kg].
     * `object_place`: `ahead`, `behind`, `left` or `right` of the robot on the ground, on its `back`, or on the ground
       `below` a robot that hangs.
+    * `object_height`: of its underside above the ground, where it rests on an obstacle [m]; 0 for on the ground.
     * `object_gap`: between robot and object, or two objects; none on the back or below [m].
     * `object_shift`: of an object ahead or behind, to the right; of others, ahead [m].
     * `object_speed`: with which they all begin, towards the robot; of those on the back or below, ahead [m/s].
@@ -70,6 +71,7 @@ class Objects:
     object_size: float = 0.0625
     object_mass: float = 0.08
     object_place: Place = "ahead"
+    object_height: float = 0.0
     object_gap: float = _GAP
     object_shift: float = 0.0
     object_speed: float = 0.0
@@ -86,7 +88,7 @@ class Objects:
         check_ranges(
             self,
             positive=("object_size", "object_mass", "object_stiffness"),
-            not_negative=("object_friction", "object_ground_friction", "object_gap", "object_spread"),
+            not_negative=("object_friction", "object_ground_friction", "object_gap", "object_spread", "object_height"),
         )
         if not np.isfinite(self.object_shift):
             raise UsageError(f"An object_shift of {self.object_shift:g} m is not possible. Give a finite number.")
@@ -101,6 +103,11 @@ class Objects:
             raise UsageError(
                 f"An object_count of {self.object_count} below the robot is not possible, where one has room. Give 1, "
                 "or another object_place."
+            )
+        if self.object_place in _UNDER and self.object_height:
+            raise UsageError(
+                f"An object_height of {self.object_height:g} m on the robot's back or below it is not possible. Leave "
+                "it out, or give another object_place."
             )
         if self.object_place in _UNDER and self.object_gap != _GAP:
             raise UsageError(
@@ -184,6 +191,10 @@ class Objects:
             if self.object_place == "back":
                 below = bodies[-1] if bodies else scene.robot
                 bodies.append(_put_down(scene, moved, below, edge, _APART * h))
+            elif self.object_height:
+                up = np.array([0.0, self.object_height + _APART * h, 0.0])
+                bodies.append(replace(moved, positions=moved.positions + up))
+                _check_place(bodies[-1], scene)
             else:
                 bodies.append(_stood(scene, moved, edge))
         objects = tuple(

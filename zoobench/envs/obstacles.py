@@ -1,4 +1,4 @@
-"""Obstacles of firm ground: ceilings, slots, hurdles, posts and shafts, at which a robot is stopped with friction.
+"""Obstacles of firm ground: ceilings, slots, hurdles, posts, pegs and shafts, which stop a robot with friction.
 
 An obstacle is a body whose nodes are held at rest (`kernels/anchors.py`), in a velocity field of its own: it meets the
 robot and the objects as they meet each other.
@@ -20,7 +20,7 @@ from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.scene import Scene
 
-ObstacleKind = Literal["none", "ceiling", "slot", "hurdle", "post", "shaft"]
+ObstacleKind = Literal["none", "ceiling", "slot", "hurdle", "post", "pegs", "shaft"]
 
 Box = tuple[tuple[float, float, float], tuple[float, float, float]]
 
@@ -36,6 +36,9 @@ _THICK = 1 / 32
 _ASIDE = 0.1
 """[m] From the middle of the way to the ends of ceilings, hurdles and walls."""
 
+_BESIDE = 0.035
+"""[m] From the middle of the way to pegs: robots are 5 to 6 cm wide."""
+
 _HIGH = 0.12
 """[m] Of walls beside a slot, and of a post."""
 
@@ -47,10 +50,12 @@ _EVERYWHERE = ((-1e3, -1e3, -1e3), (1e3, 1e3, 1e3))
 class Obstacles:
     """An obstacle on the robot's way, which never moves.
 
-    * `obstacle`: `ceiling` over the way, `slot` between two walls, `hurdle` across the way, `post` in its middle, or a
-      `shaft` of two walls left and right of the robot, to climb; `none` for none.
+    * `obstacle`: `ceiling` over the way, `slot` between two walls, `hurdle` across the way, `post` in its middle, two
+      `pegs` beside it that can carry a beam, or a `shaft` of two walls left and right of the robot, to climb; `none`
+      for none.
     * `obstacle_distance`: from the robot to it; of the walls of a shaft, from the robot's sides [m].
-    * `obstacle_opening`: height below a ceiling, width of a slot or a post, height of a hurdle [m].
+    * `obstacle_opening`: height below a ceiling, width of a slot or a post, height of a hurdle or pegs
+      [m].
     * `obstacle_length`: along the way; of a shaft, its height [m].
     * `obstacle_friction`: Coulomb coefficient between it and the robot or an object [-].
     """
@@ -106,6 +111,12 @@ class Obstacles:
             return [((near, 0.0, left), (far, _HIGH, middle - half)), ((near, 0.0, middle + half), (far, _HIGH, right))]
         if self.obstacle == "hurdle":
             return [((near, 0.0, left), (far, opening, right))]
+        if self.obstacle == "pegs":
+            inner, outer = _BESIDE, _BESIDE + _THICK
+            return [
+                ((near, 0.0, middle - outer), (far, opening, middle - inner)),
+                ((near, 0.0, middle + inner), (far, opening, middle + outer)),
+            ]
         if self.obstacle == "post":
             return [((near, 0.0, middle - opening / 2), (far, _HIGH, middle + opening / 2))]
         back, front = float(low[0]) - _THICK, float(high[0]) + _THICK

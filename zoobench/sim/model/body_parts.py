@@ -24,7 +24,6 @@ MOST_BLOCKS = 64
 REACH = 1.5
 """Distance within which particles of parts that meet repel each other [cube's edges]."""
 
-
 _ON_A_FACE = (0.75**2 / 4 + 0.25**2 / 8) * (0.75**2 + 0.25**2) ** 2
 """What a push of one particle of mass 1 on a flat face moves: the sum of w^2 / m over its nodes [-]."""
 
