@@ -28,7 +28,7 @@ _BODY_VERSIONS = {
     "arm": 1, "baby-seal": 4, "block": 3, "caterpillar": 3, "cloud": 5, "clownfish": 9, "fish": 8, "gripper": 1,
     "mesh": 4, "orca": 11, "panda": 4, "shark": 9, "stored": 1, "tuna": 9,
 }  # fmt: skip
-"""Of the bodies in which these versions of the spaces move."""
+"""Versions of the fixed bodies for which the versions of the spaces above were set."""
 every_space = pytest.mark.parametrize("name", SPACES)
 PARTIAL = ["voxel[optimise=geometry]", "implicit[optimise=muscles]", "sdf-lerp[optimise=stiffness]"]
 """Spaces with one part optimised; `test_parts.py` has all combinations."""

@@ -109,6 +109,7 @@ def test_empty_particles_that_meet_have_finite_gradients() -> None:
     given = replace(LAGRANGIAN, precision=32)
     _, rollout, gradient = scenes.episode(replace(scene, robot=hollow), 4, given, density_ratio_min=0.5)
     assert not rollout.divergences
+    assert np.diff(_distance(rollout.velocities * scenes.SPACING)).max() > 0.1  # they push each other
     assert all(np.isfinite(getattr(gradient, name)).all() for name in scenes.GROUPS)
 
 

@@ -43,6 +43,7 @@ def _pitch(angle: float) -> torch.Tensor:
         ("kick", [0.02, 0.05, 0.04]),
         ("lift", [0.01, -0.02, -0.03]),
         ("catch", [0.01, -0.02, -0.03]),
+        ("carry", [0.02, 0.05 - 10 * (0.02 - 0.005), 0.04 - 10 * (0.03 - 0.005)]),
         ("carry[allowed_fall=0,drop_penalty=2]", [0.02, 0.05 - 0.04, 0.04 - 0.06]),
         ("topple", [0.0, 0.0, 0.0]),
     ],
@@ -158,7 +159,12 @@ def test_a_second_object_does_not_count() -> None:
 
 def test_a_penalty_is_none_that_rewards_a_fall() -> None:
     """Nor one that is no number, nor an allowance for a rise."""
-    for name, value in (("drop_penalty", "-1"), ("drop_penalty", "nan"), ("allowed_fall", "-0.001")):
+    for name, value in (
+        ("drop_penalty", "-1"),
+        ("drop_penalty", "nan"),
+        ("allowed_fall", "-0.001"),
+        ("allowed_fall", "nan"),
+    ):
         with pytest.raises(UsageError, match=name):
             _task(f"carry[{name}={value}]")
 

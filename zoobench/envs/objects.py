@@ -52,7 +52,8 @@ class Objects:
     * `object_mass`: of one [kg].
     * `object_place`: `ahead`, `behind`, `left` or `right` of the robot on the ground, on its `back`, or on the ground
       `below` a robot that hangs.
-    * `object_height`: of its underside above the ground, where it rests on an obstacle [m]; 0 for on the ground.
+    * `object_height`: of its underside above level ground, from which it falls unless an obstacle is below it [m]; 0
+      for on the ground.
     * `object_gap`: between robot and object, or two objects; none on the back or below [m].
     * `object_shift`: of an object ahead or behind, to the right; of others, ahead [m].
     * `object_speed`: with which they all begin, towards the robot; of those on the back or below, ahead [m/s].
@@ -192,9 +193,7 @@ class Objects:
                 below = bodies[-1] if bodies else scene.robot
                 bodies.append(_put_down(scene, moved, below, edge, _APART * h))
             elif self.object_height:
-                up = np.array([0.0, self.object_height + _APART * h, 0.0])
-                bodies.append(replace(moved, positions=moved.positions + up))
-                _check_place(bodies[-1], scene)
+                bodies.append(_raised(scene, moved, edge, self.object_height + _APART * h))
             else:
                 bodies.append(_stood(scene, moved, edge))
         objects = tuple(
@@ -259,6 +258,16 @@ def _stood(scene: Scene, body: ElasticBody, edge: float) -> ElasticBody:
         raise SceneError(
             f"An object of {mass:.3g} kg sinks into the ground. Give a smaller object_mass or a greater skin_stiffness."
         ) from error
+
+
+def _raised(scene: Scene, body: ElasticBody, edge: float, height: float) -> ElasticBody:
+    """The body with its underside at a height above the level ground [m]."""
+    if scene.ground is None or scene.ground.terrain is not None:
+        raise SceneError("An object_height is above level ground. Leave out hills, slope, steps and gaps, or it.")
+    up = height - (float(body.sites[:, 1].min()) - edge / 2)
+    raised = replace(body, positions=body.positions + np.array([0.0, up, 0.0]))
+    _check_place(raised, scene)
+    return raised
 
 
 def _check_place(body: ElasticBody, scene: Scene) -> None:

@@ -54,8 +54,7 @@ class Obstacles:
       `pegs` beside it that can carry a beam, or a `shaft` of two walls left and right of the robot, to climb; `none`
       for none.
     * `obstacle_distance`: from the robot to it; of the walls of a shaft, from the robot's sides [m].
-    * `obstacle_opening`: height below a ceiling, width of a slot or a post, height of a hurdle or pegs
-      [m].
+    * `obstacle_opening`: height below a ceiling, width of a slot or a post, height of a hurdle or of pegs [m].
     * `obstacle_length`: along the way; of a shaft, its height [m].
     * `obstacle_friction`: Coulomb coefficient between it and the robot or an object [-].
     """

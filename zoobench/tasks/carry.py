@@ -44,17 +44,22 @@ class Carry(ObjectTask):
             raise UsageError(f"An allowed_fall of {self.allowed_fall:g} m is not possible. Give 0 or more.")
 
     def reward(self, motion: Motion) -> "Tensor":
-        """Way of the object less the penalty for its present height `[frames, worlds]` [m]."""
-        return along(object_way(motion), self.heading) - self.drop_penalty * self._fall(motion)
+        """Way of the object less the penalty for its present fall `[frames, worlds]` [m]."""
+        return along(object_way(motion), self.heading) - self._penalty(_fall(motion))
 
     def score(self, motion: Motion) -> "Tensor":
-        """Way of the object until the end less the penalty for its lowest height `[worlds]` [m]."""
-        return along(object_way(motion)[-1], self.heading) - self.drop_penalty * self._fall(motion).amax(dim=0)
+        """Way of the object until the end less the penalty for its largest fall `[worlds]` [m]."""
+        return along(object_way(motion)[-1], self.heading) - self._penalty(_fall(motion).amax(dim=0))
 
     def metrics(self, motion: Motion) -> Mapping[str, tuple["Tensor", str]]:
         """The largest fall of the object, its readings, and the common readings of the robot."""
-        return {"object_fall": (self._fall(motion).amax(dim=0), "m"), **super().metrics(motion)}
+        return {"object_fall": (_fall(motion).amax(dim=0), "m"), **super().metrics(motion)}
 
-    def _fall(self, motion: Motion) -> "Tensor":
-        """How far the object is lower than it may be at the end of every frame `[frames, worlds]` [m]."""
-        return (-object_way(motion)[..., 1] - self.allowed_fall).clamp(min=0.0)
+    def _penalty(self, fall: "Tensor") -> "Tensor":
+        """Of a fall [m]."""
+        return self.drop_penalty * (fall - self.allowed_fall).clamp(min=0.0)
+
+
+def _fall(motion: Motion) -> "Tensor":
+    """How far the object is below its start at the end of every frame `[frames, worlds]` [m]."""
+    return (-object_way(motion)[..., 1]).clamp(min=0.0)

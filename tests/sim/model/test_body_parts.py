@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from tests.sim import scenes
 from zoobench.arrays import Array
@@ -11,12 +12,13 @@ from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.rest_cells import RestCells
 
 
-def _parts(cubes: Array, shift: Array | float = 0.0) -> tuple[RestCells, BodyParts]:
+def _parts(cubes: Array, shift: Array | float = 0.0, per_cell: int = 8) -> tuple[RestCells, BodyParts]:
     """Cells and parts of a body of such cubes `[particles, 3]` of the lattice, its particles shifted in them [m]."""
-    sites = (cubes + 0.5) * scenes.EDGE
-    body = ElasticBody.passive(scenes.SOFT, sites + shift, np.full(len(cubes), scenes.EDGE**3))
+    edge = scenes.SPACING / round(per_cell ** (1 / 3))
+    sites = (cubes + 0.5) * edge
+    body = ElasticBody.passive(scenes.SOFT, sites + shift, np.full(len(cubes), edge**3))
     body = replace(body, site_offsets=sites - body.positions)
-    fidelity = replace(scenes.fidelity(), robot="lagrangian")
+    fidelity = replace(scenes.fidelity(), robot="lagrangian", particles_per_cell=per_cell)
     cells = RestCells.of(body, fidelity)
     return cells, BodyParts.of(cells, body, fidelity)
 
@@ -68,3 +70,24 @@ def test_parts_beside_each_other_at_rest_are_not_apart() -> None:
     offsets[:, :1] = 0.45 * scenes.EDGE * towards
     (_, free), (_, close) = _parts(comb), _parts(comb, offsets)
     assert len(close.apart) < len(free.apart)
+
+
+@pytest.mark.parametrize("per_cell", [8, 27])
+def test_particles_of_thin_parts_have_a_share(per_cell: int) -> None:
+    """All of a push on a flat face, less than a third on a spike, nothing where a cell has no particle."""
+    count = round(per_cell ** (1 / 3))
+    cubes = np.concatenate([_box(4 * count, 4 * count, 4 * count), [[4 * count, 2 * count, 2 * count]]])
+    cells, parts = _parts(cubes, per_cell=per_cell)
+    share = np.zeros(len(cubes))
+    cell, lane = (cells.particles >= 0).nonzero()
+    share[cells.particles[cell, lane]] = parts.share[cell, lane]
+    face = (cubes[:, 0] == 0) & (np.abs(cubes[:, 1:] - 2 * count) < count).all(axis=1)
+    assert share[face].min() == pytest.approx(1.0)
+    assert share[-1] < 1 / 3
+    assert (parts.share[cells.particles < 0] == 0.0).all()
+
+
+def test_many_pieces_are_few_parts() -> None:
+    """Loose cubes are as many parts as blocks, so that pairs of parts stay few."""
+    loose = 3 * _box(8, 8, 8)
+    assert len(_parts(loose)[1].first) - 1 <= MOST_BLOCKS

@@ -19,6 +19,8 @@ _PATTERNS = 4
 _FRAMES = 100
 _EDGE = 6
 """Of the cubes that meet [particles]."""
+_LONG = 3
+"""Cubes of a spike with which they pass by each other at 2 m/s."""
 
 
 @case("square-waves-in-rest-frame", is_fast=False)
@@ -39,19 +41,19 @@ def square_waves_in_rest_frame(record: EpisodeRecorder) -> None:
 
 @case("limbs-that-meet", is_fast=False)
 def limbs_that_meet(record: EpisodeRecorder) -> None:
-    """Two cubes of one body without damping fly against each other, flat or with a spike on each, and come apart again.
+    """Two cubes of one body without damping fly against each other, flat or with spikes, and come apart again.
 
     Particles of one face the gaps of the other, as both pass by. Contact alone can give back what the approach had.
     """
     fidelity = replace(scenes.fidelity(32), robot="lagrangian")
     edge = fidelity.particle_edge
-    for spike in (0, 1):
+    for spike in (0, 1, _LONG):
         cube = np.stack(np.meshgrid(*[np.arange(_EDGE)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
-        cube = np.concatenate([cube, np.array([[_EDGE, 2, 2]])[:spike]])
+        cube = np.concatenate([cube, [[_EDGE + k, 2, 2] for k in range(spike)]] if spike else [cube])
         mirrored = cube * [-1, 1, 1] + [2 * (_EDGE + spike) + 3, 0, 0]
         places = (np.concatenate([cube, mirrored]) + 0.5) * edge + 1.0
         right = np.arange(len(places)) >= len(cube)
-        for approach in (0.5, 1.0, 2.0):
+        for approach in (0.5, 1.0, 2.0) if spike < _LONG else (0.5, 1.0):
             body = scenes.passive(places, scenes.MUSCLE)
             speeds = np.zeros(places.shape)
             speeds[:, 0], speeds[right, 1] = np.where(right, -approach / 2, approach / 2), 0.3 * approach
@@ -60,7 +62,7 @@ def limbs_that_meet(record: EpisodeRecorder) -> None:
             x, v = (each[:, 0, :, 0] for each in (rollout.positions, rollout.velocities))
             apart = (x[:, right].mean(axis=1) - x[:, ~right].mean(axis=1)) / (_EDGE * edge)
             parting = v[-1, right].mean() - v[-1, ~right].mean()
-            which = f"{'a spike each' if spike else 'flat'}, {approach:g} m/s: "
+            which = f"spikes of {spike} cubes, {approach:g} m/s: "
             record.add_rollout(solver, rollout)
             record.robot_volume(rollout, 0.05, which)
             record.at_least(f"{which}least distance of the middles / edge", float(apart.min()), 0.5)

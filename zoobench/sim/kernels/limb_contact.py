@@ -5,17 +5,18 @@ central forces, so that momentum and angular momentum are conserved:
 
     f = k (REACH e - |r|) r / |r|,    k = 4 / e^2 * w_a w_b / (w_a + w_b),    w = mu V g.
 
-The softer of two has most say in k. Particles of thin parts, which have light nodes, are pushed by a
-share g. There is no friction.
+The softer of two has most say in k. The share g is below 1 for particles of thin parts, which have light nodes. There
+is no friction.
 
 Where nothing is near, nothing is computed: only parts whose boxes meet are looked at in a substep. Boxes have a margin
 beside what is within reach, and are made anew once a particle may have moved by it since, so that no pair is missed and
 nothing depends on where a launch begins.
 
     members, first, apart, share   those of `model.body_parts`
-    boxes    [worlds, cells + parts + 1, 2] lower and upper corner of each cell's and each part's particles; the fourth
-             lane of a cell is how many times as far as its nodes they can move, as they may lie outside of it; last the
-             velocity of the body when boxes were made, and how far a node has moved since beside that, at most
+    boxes    [worlds, cells + parts + 1, 2] lower and upper corner of the particles of each cell, then of each part.
+             The fourth lane of a cell's lower corner says how many times as far as its nodes they can move, as they may
+             lie outside of it. The last row has the velocity of the body when boxes were made, and in its first lane
+             how far a node can have moved since, relative to the body
     meeting  [worlds, pairs + 1] the pairs of parts whose boxes meet, and last how many
 """
 
@@ -90,12 +91,12 @@ def strengths(c: ti.template(), cell):
 @ti.func
 def forget_meetings(c: ti.template()):
     """Have the next `renew_meetings` make all boxes anew."""
-    c.limbs.boxes[c.w, c.limbs.boxes.shape[1] - 1, 1][0] = _FAR
+    c.limbs.boxes[c.w, c.limbs.boxes.shape[1] - 1, 1] = _FAR + zero_lanes()
 
 
 @ti.func
 def renew_meetings(c: ti.template()):
-    """Make boxes and the list of those that meet anew, for the places of slot s, where a particle may have left its."""
+    """Make boxes and list anew, for the places of slot s, if a particle may have left the box of its cell."""
     if c.limbs.apart.shape[0] > 0:
         if c.limbs.boxes[c.w, c.limbs.boxes.shape[1] - 1, 1][0] > _MARGIN * c.scene.edge:
             find_meetings(c)
@@ -108,9 +109,10 @@ def note_motion(c: ti.template(), slot):
         last = c.limbs.boxes.shape[1] - 1
         drift, fastest = c.limbs.boxes[c.w, last, 0], 0.0 * c.dt
         for n in range(c.own_nodes.shape[2]):
-            v = c.own_nodes[slot, c.w, n, V] - drift
-            fastest = ti.max(fastest, dot(v, v))
-        c.limbs.boxes[c.w, last, 1][0] += c.dt * ti.sqrt(fastest)
+            if c.cells.inverse[c.w, n] > 0.0:
+                v = c.own_nodes[slot, c.w, n, V] - drift
+                fastest = ti.max(fastest, dot(v, v))
+        c.limbs.boxes[c.w, last, 1] += c.dt * ti.sqrt(fastest)
 
 
 @ti.func
@@ -118,9 +120,12 @@ def find_meetings(c: ti.template()):
     """Fill `boxes` and `meeting` of a world."""
     boxes, apart, meeting = ti.static(c.limbs.boxes, c.limbs.apart, c.limbs.meeting)
     count = c.cells.node.shape[0]
-    drift = zero_lanes()
+    drift, moving = zero_lanes(), 0
     for n in range(c.own_nodes.shape[2]):
-        drift += c.own_nodes[c.s, c.w, n, V] / c.own_nodes.shape[2]
+        if c.cells.inverse[c.w, n] > 0.0:
+            drift += c.own_nodes[c.s, c.w, n, V]
+            moving += 1
+    drift /= ti.max(moving, 1)
     boxes[c.w, boxes.shape[1] - 1, 0], boxes[c.w, boxes.shape[1] - 1, 1] = drift, zero_lanes()
     for part in range(c.limbs.first.shape[0] - 1):
         far = ti.Vector([_FAR, _FAR, _FAR, 0.0]) + 0.0 * drift
@@ -203,7 +208,7 @@ def push_cells_adjoint(c: ti.template(), a, b):
     y, others = particle_rows(c, c.own_nodes, c.s, b, X), strengths(c, b)
     given_b = particle_rows(c, c.nodes_adjoint, 0, b, FORCE)
     by_y = [lanes_of(0.0 * c.scene.spacing) for _ in ti.static(range(3))]
-    by_others = lanes_of(0.0 * c.scene.spacing)
+    by_own, by_others = lanes_of(0.0 * c.scene.spacing), lanes_of(0.0 * c.scene.spacing)
     for lane in range(LANES):
         x = place_of(c.own_nodes, c.cells, c.s, c.w, a, lane, X)
         given_a = place_of(c.nodes_adjoint, c.cells, 0, c.w, a, lane, FORCE)
@@ -213,7 +218,8 @@ def push_cells_adjoint(c: ti.template(), a, b):
         along = between[0] * given[0] + between[1] * given[1] + between[2] * given[2]
         # of rate (reach / |r| - 1) r
         inverse = closeness / (REACH * c.scene.edge)
-        turned = ti.select(over > 0.0, closeness * inverse * inverse * along, 0.0 * along)
+        varies = (over > 0.0) & (closeness * _CLOSEST < REACH)
+        turned = ti.select(varies, closeness * inverse * inverse * along, 0.0 * along)
         by_between = [rate * (over * given[r] - turned * between[r]) for r in ti.static(range(3))]
         for r in ti.static(range(3)):
             by_y[r] += 0.0 - by_between[r]
@@ -222,10 +228,15 @@ def push_cells_adjoint(c: ti.template(), a, b):
         total = strong + others + _TINY
         by_rate = _STIFFNESS / (c.scene.edge * c.scene.edge) * over * along
         by_others += by_rate * (strong / total) * (strong / total)
-        by_strong = c.limbs.share[a][lane] * (by_rate * (others / total) * (others / total)).sum()
-        c.sums[c.w, a, BY_VOLUME][lane] += by_strong * c.cells.law[c.w, a, OF_MU][lane]
-        c.sums[c.w, a, BY_STIFFNESS][lane] += by_strong * c.scene.mu * c.cells.law[c.w, a, OF_VOLUME][lane]
+        by_own[lane] = (by_rate * (others / total) * (others / total)).sum()
     scatter_rows(c, c.nodes_adjoint, 0, X, b, by_y)
-    by_others *= c.limbs.share[b]
-    c.sums[c.w, b, BY_VOLUME] += by_others * c.cells.law[c.w, b, OF_MU]
-    c.sums[c.w, b, BY_STIFFNESS] += (c.scene.mu * by_others) * c.cells.law[c.w, b, OF_VOLUME]
+    strengths_adjoint(c, a, by_own)
+    strengths_adjoint(c, b, by_others)
+
+
+@ti.func
+def strengths_adjoint(c: ti.template(), cell, by_strengths):
+    """Adjoint of `strengths`."""
+    held = by_strengths * c.limbs.share[cell]
+    c.sums[c.w, cell, BY_VOLUME] += held * c.cells.law[c.w, cell, OF_MU]
+    c.sums[c.w, cell, BY_STIFFNESS] += (c.scene.mu * held) * c.cells.law[c.w, cell, OF_VOLUME]

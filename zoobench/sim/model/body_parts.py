@@ -19,13 +19,13 @@ from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.rest_cells import LANES, Ints, RestCells
 
 MOST_BLOCKS = 64
-"""In how many blocks a body is divided at most: pairs of parts are looked at in every frame."""
+"""In how many blocks a body is divided at most."""
+
+MOST_PARTS = 256
+"""Above so many, what lies in a block is one part, connected or not: pairs of parts are looked at again and again."""
 
 REACH = 1.5
 """Distance within which particles of parts that meet repel each other [cube's edges]."""
-
-_ON_A_FACE = (0.75**2 / 4 + 0.25**2 / 8) * (0.75**2 + 0.25**2) ** 2
-"""What a push of one particle of mass 1 on a flat face moves: the sum of w^2 / m over its nodes [-]."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,10 @@ class BodyParts:
     def of(cls, cells: RestCells, body: ElasticBody, fidelity: Fidelity) -> "BodyParts":
         """The parts of a body that has these cells."""
         own = _incidence(np.arange(len(cells.nodes), dtype=np.int32), cells)
-        part = _connected_in_blocks(own, _blocks(cells, fidelity.grid_spacing))
+        block = _blocks(cells, fidelity.grid_spacing)
+        part = _connected_in_blocks(own, block)
+        if part.max() >= MOST_PARTS:
+            part = block
         nodes = _incidence(part, cells)
         joined = (nodes @ nodes.T).toarray() > 0
         by_particle = np.zeros(body.particle_count, np.int32)
@@ -62,16 +65,21 @@ class BodyParts:
             members=np.argsort(part, kind="stable").astype(np.int32),
             first=np.concatenate([[0], np.cumsum(np.bincount(part))]).astype(np.int32),
             apart=np.column_stack(np.triu(~joined, 1).nonzero()).astype(np.int32),
-            share=_share(cells),
+            share=_share(cells, round(fidelity.particles_per_cell ** (1 / 3))),
         )
 
 
-def _share(cells: RestCells) -> Array:
-    """See `BodyParts.share`, of full particles, each as heavy as 1."""
+def _share(cells: RestCells, count: int) -> Array:
+    """See `BodyParts.share`, of full particles, `count` along the edge of a cell, each as heavy as 1.
+
+    A push moves a particle by the sum of w^2 / m over its nodes.
+    """
+    near = 0.5 / count  # from the face, and of particles that move most from the next node, in cells
+    on_a_face = (2 * (1 - near) ** 2 + near**2) / count**3 * ((1 - near) ** 2 + near**2) ** 2
     masses = cells.on_nodes(np.ones(cells.particles.max() + 1))
     inverse = np.divide(1.0, masses, out=np.zeros_like(masses), where=masses > 0.0)
     mobility = np.einsum("cil,ci->cl", cells.weights**2, inverse[cells.nodes])
-    found: Array = np.where(cells.particles >= 0, np.minimum(1.0, _ON_A_FACE / np.maximum(mobility, _ON_A_FACE)), 0.0)
+    found: Array = np.where(cells.particles >= 0, on_a_face / np.maximum(mobility, on_a_face), 0.0)
     return found**2
 
 
