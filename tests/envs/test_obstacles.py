@@ -45,7 +45,7 @@ def test_the_opening_is_as_wide_as_asked_for() -> None:
         assert 0.0 < away.min() < GRID.particle_edge, axis
 
 
-_PEGS = "ground[obstacle=pegs,obstacle_opening=0.03,object=beam,object_size=0.16,object_height=0.03]"
+_PEGS = "ground[obstacle=pegs,obstacle_opening=0.03,object=beam,object_size=0.16,object_height=0.03,object_gap=0.04]"
 
 
 @pytest.mark.parametrize("design", ["caterpillar", "arm"])
