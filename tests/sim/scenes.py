@@ -237,6 +237,15 @@ def episode(
     return solver, rollout, solver.backward(rollout, *path_weights(solver, frames))
 
 
+def node_momenta(solver: Solver) -> tuple[Array, Array]:
+    """Linear and angular momentum of a robot in its rest frame, from the masses that the last launch left behind."""
+    nodes = solver.matter.nodes[0, 0].numpy()
+    inverse = solver.launcher._inverse[0].numpy()  # type: ignore[attr-defined]
+    mass = np.divide(1.0, inverse, out=np.zeros_like(inverse), where=inverse > 0)
+    x, v = nodes[:, 0, :3], nodes[:, 1, :3]
+    return mass @ v, mass @ np.cross(x, v)
+
+
 def compare_with_differences(scene: Scene, frames: int, given: Fidelity) -> Rollout:
     """The rollout whose gradient agrees with differences, of every group of parameters along a random direction, for
     random adjoints of the trajectory."""

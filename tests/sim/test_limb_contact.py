@@ -55,9 +55,7 @@ def test_momentum_is_kept_in_a_collision() -> None:
     for frames in (1, 40):
         rollout = solver.run(np.zeros((frames, 1, scenes.MUSCLES)))
         assert not rollout.divergences
-        nodes, inverse = (each[0].numpy() for each in (solver.matter.nodes[0], solver.launcher._inverse))  # type: ignore[attr-defined]
-        momenta = nodes[:, 1, :3] / inverse[:, None]
-        found.append((momenta.sum(axis=0), np.cross(nodes[:, 0, :3], momenta).sum(axis=0)))
+        found.append(scenes.node_momenta(solver))
     assert _distance(rollout.positions).min() < 3.5
     mass = (robot.volumes * robot.density_ratio * robot.occupancy).sum() * robot.material.density
     np.testing.assert_allclose(found[1][0], found[0][0], atol=1e-12 * mass)

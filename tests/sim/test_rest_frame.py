@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from tests.sim import scenes
-from zoobench.arrays import Array
 from zoobench.errors import UsageError
 from zoobench.sim.equilibrium import equilibrated
 from zoobench.sim.model.elastic_bodies import BodyParticles, ElasticBody
@@ -22,15 +21,6 @@ def _steady(scene: Scene, precision: int = 64) -> Fidelity:
     """A fixed step that is safe for the scene."""
     given = replace(LAGRANGIAN, precision=precision)  # type: ignore[arg-type]
     return replace(given, step=Solver(scene, given).dt)
-
-
-def _momenta(solver: Solver) -> tuple[Array, Array]:
-    """Linear and angular momentum of the first world's nodes, whose masses the last launch left behind."""
-    nodes = solver.matter.nodes[0, 0].numpy()
-    inverse = solver.launcher._inverse[0].numpy()  # type: ignore[attr-defined]
-    mass = np.divide(1.0, inverse, out=np.zeros_like(inverse), where=inverse > 0)
-    x, v = nodes[:, 0, :3], nodes[:, 1, :3]
-    return mass @ v, mass @ np.cross(x, v)
 
 
 @pytest.mark.parametrize(("precision", "tolerance"), [(64, 1e-10), pytest.param(32, 1e-4, marks=pytest.mark.slow)])
@@ -56,10 +46,10 @@ def test_momentum_and_angular_momentum_are_conserved() -> None:
     solver = Solver(scene, _steady(scene))
     acts = scenes.actuation(solver, 40)
     solver.run(acts[:1])
-    linear, angular = _momenta(solver)
+    linear, angular = scenes.node_momenta(solver)
     rollout = solver.run(acts)
     assert not rollout.divergences
-    linear_end, angular_end = _momenta(solver)
+    linear_end, angular_end = scenes.node_momenta(solver)
     assert np.ptp(np.linalg.norm(rollout.positions[-1, 0] - rollout.positions[-1, 0].mean(0), axis=1)) > 0.02
     assert np.abs(linear_end - linear).max() <= 1e-12 * np.linalg.norm(linear)
     assert np.abs(angular_end - angular).max() <= 1e-12 * np.linalg.norm(angular)

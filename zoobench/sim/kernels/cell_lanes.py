@@ -115,6 +115,24 @@ def place_of(nodes: ti.template(), cells: ti.template(), s, w, c, lane: ti.templ
 
 
 @ti.func
+def add_at(c: ti.template(), nodes: ti.template(), s, row: ti.template(), cell, lane: ti.template(), given):
+    """Add a vector at the place of one particle to a row of the nodes."""
+    for i in ti.static(range(8)):
+        nodes[s, c.w, c.cells.node[cell, i], row] += c.cells.weights[cell, i][lane] * given
+
+
+@ti.func
+def rows_at(c: ti.template(), nodes: ti.template(), s, cell, row: ti.template(), weights: ti.template(), k):
+    """A row of the nodes of a cell at eight places, whose weights are row `k` of `weights`: three vectors of lanes."""
+    found = [lanes_of(0.0 * c.scene.spacing) for _ in ti.static(range(3))]
+    for i in ti.static(range(8)):
+        q = nodes[s, c.w, c.cells.node[cell, i], row]
+        for r in ti.static(range(3)):
+            found[r] += q[r] * weights[k, i]
+    return found
+
+
+@ti.func
 def summed(share, a, b, d):
     """Sums over the lanes of three values by their share, as a row."""
     return ti.Vector([(share * a).sum(), (share * b).sum(), (share * d).sum(), 0.0 * share[0]])

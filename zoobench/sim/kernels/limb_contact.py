@@ -22,7 +22,18 @@ nothing depends on where a launch begins.
 
 import taichi as ti
 
-from zoobench.sim.kernels.cell_lanes import BY_STIFFNESS, BY_VOLUME, FORCE, OF_MU, OF_VOLUME, lanes_of, place_of, summed
+from zoobench.sim.kernels.cell_lanes import (
+    BY_STIFFNESS,
+    BY_VOLUME,
+    FORCE,
+    OF_MU,
+    OF_VOLUME,
+    add_at,
+    lanes_of,
+    place_of,
+    rows_at,
+    summed,
+)
 from zoobench.sim.kernels.columns import dot, zero_lanes
 from zoobench.sim.kernels.layout import V, X, while_compiling
 from zoobench.sim.model.body_parts import REACH
@@ -54,12 +65,7 @@ class Limbs:
 @ti.func
 def particle_rows(c: ti.template(), nodes: ti.template(), s, cell, row: ti.template()):
     """A row of the nodes at the particles of a cell, as lanes."""
-    found = [lanes_of(0.0 * c.scene.spacing) for _ in ti.static(range(3))]
-    for i in ti.static(range(LANES)):
-        q = nodes[s, c.w, c.cells.node[cell, i], row]
-        for r in ti.static(range(3)):
-            found[r] += q[r] * c.cells.weights[cell, i]
-    return found
+    return rows_at(c, nodes, s, cell, row, c.cells.weights, cell)
 
 
 @ti.func
@@ -67,13 +73,6 @@ def scatter_rows(c: ti.template(), nodes: ti.template(), s, row: ti.template(), 
     """Add lanes at the particles of a cell to a row of its nodes."""
     for i in ti.static(range(LANES)):
         nodes[s, c.w, c.cells.node[cell, i], row] += summed(c.cells.weights[cell, i], given[0], given[1], given[2])
-
-
-@ti.func
-def scatter_row(c: ti.template(), nodes: ti.template(), s, row: ti.template(), cell, lane, given):
-    """Add a vector at one particle of a cell to a row of its nodes."""
-    for i in ti.static(range(LANES)):
-        nodes[s, c.w, c.cells.node[cell, i], row] += c.cells.weights[cell, i][lane] * given
 
 
 @ti.func
@@ -198,7 +197,7 @@ def push_cells(c: ti.template(), a, b):
         for r in ti.static(range(3)):
             on_b[r] += 0.0 - push * between[r]
         force = summed(push, between[0], between[1], between[2])
-        scatter_row(c, c.own_nodes, c.s, FORCE, a, lane, force)
+        add_at(c, c.own_nodes, c.s, FORCE, a, lane, force)
     scatter_rows(c, c.own_nodes, c.s, FORCE, b, on_b)
 
 
@@ -224,7 +223,7 @@ def push_cells_adjoint(c: ti.template(), a, b):
         for r in ti.static(range(3)):
             by_y[r] += 0.0 - by_between[r]
         by_place = summed(lanes_of(1.0 + 0.0 * strong), by_between[0], by_between[1], by_between[2])
-        scatter_row(c, c.nodes_adjoint, 0, X, a, lane, by_place)
+        add_at(c, c.nodes_adjoint, 0, X, a, lane, by_place)
         total = strong + others + _TINY
         by_rate = _STIFFNESS / (c.scene.edge * c.scene.edge) * over * along
         by_others += by_rate * (strong / total) * (strong / total)

@@ -27,7 +27,7 @@ F and L are those of the middle of the panel's cell: at a corner they are those 
 import taichi as ti
 
 from zoobench.sim.kernels.array_types import Rows, Scalars, Wide
-from zoobench.sim.kernels.cell_lanes import FORCE, Cells, lanes_of, load_cells, summed
+from zoobench.sim.kernels.cell_lanes import FORCE, Cells, lanes_of, load_cells, rows_at, summed
 from zoobench.sim.kernels.columns import zero_lanes
 from zoobench.sim.kernels.context import Context
 from zoobench.sim.kernels.elastic import SMALLEST_J
@@ -114,12 +114,7 @@ def middle_slope(nodes: ti.template(), c: ti.template(), s, g, row: ti.template(
 @ti.func
 def panel_value(nodes: ti.template(), c: ti.template(), s, g, row: ti.template()):
     """A row of the nodes at the panels of a group."""
-    found = [lanes_of(0.0 * c.scene.spacing) for _ in ti.static(range(3))]
-    for i in ti.static(range(8)):
-        q = nodes[s, c.w, c.cells.node[c.panels.cell[g], i], row]
-        for r in ti.static(range(3)):
-            found[r] += q[r] * c.panels.weights[g, i]
-    return found
+    return rows_at(c, nodes, s, c.panels.cell[g], row, c.panels.weights, g)
 
 
 @ti.func

@@ -25,6 +25,7 @@ from zoobench.sim.kernels.cell_lanes import (
     OF_TENSION,
     OF_VOLUME,
     Cells,
+    add_at,
     add_to_nodes,
     load_cells,
     place_of,
@@ -148,9 +149,7 @@ def push_cell(c: ti.template(), cell):
                 if below.gap < c.scene.skin_thickness + 0.5 * c.scene.edge:
                     force, _rate = layer_force(below.gap, c.scene.edge, c.scene)
                     given = (c.cells.law[c.w, cell, OF_VOLUME][lane] * force) * below.normal
-                    for i in ti.static(range(8)):
-                        share = c.cells.weights[cell, i][lane]
-                        c.own_nodes[c.s, c.w, c.cells.node[cell, i], LAYER_FORCE] += share * given
+                    add_at(c, c.own_nodes, c.s, LAYER_FORCE, cell, lane, given)
 
 
 @ti.func
@@ -261,8 +260,8 @@ def survey_rest_frame(
     """Fill the `report` of every world alive with the `step_limits.Condition` of its robot, as `survey.survey` does.
 
     In the rest frame the stiffness by place grows in compression, as the square of the largest stretch of F^-1, and the
-    viscosity likewise. There is no velocity gradient of the grid, and no wall: where a
-    terrain ends the robot is beyond the arena, on level ground nowhere.
+    viscosity likewise. There is no velocity gradient of the grid, and no wall: where a terrain ends the robot is beyond
+    the arena, on level ground nowhere.
     """
     ti.loop_config(serialize=not at_once)
     for w in range(state.shape[1]):

@@ -23,6 +23,7 @@ from zoobench.sim.kernels.cell_lanes import (
     WEAK,
     WEAKNESS,
     Cells,
+    add_at,
     add_to_nodes,
     lanes_of,
     load_cells,
@@ -168,8 +169,7 @@ def push_cell_adjoint(c: ti.template(), cell):
                     by_normal = ti.Vector([dot(below.by_x, held), 0.0, dot(below.by_z, held), 0.0])
                     by_place = (volume * rate * along) * below.slope + (volume * force) * by_normal
                     by_volume[lane] = force * along
-                    for i in ti.static(range(8)):
-                        c.nodes_adjoint[0, c.w, c.cells.node[cell, i], X] += c.cells.weights[cell, i][lane] * by_place
+                    add_at(c, c.nodes_adjoint, 0, X, cell, lane, by_place)
         c.sums[c.w, cell, BY_VOLUME] += by_volume
 
 
