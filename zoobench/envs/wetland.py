@@ -3,6 +3,7 @@
 from zoobench.envs.base import BED_THICKNESS, Environment, bed_environment
 from zoobench.envs.bed import Bed
 from zoobench.envs.hills import LEVEL, Hills
+from zoobench.envs.objects import NO_OBJECTS, Objects
 from zoobench.envs.physics import LAND, Elasticity, Physics
 from zoobench.envs.profile import LEVEL_WAY, Profile
 from zoobench.registry import Kind, register
@@ -20,7 +21,7 @@ _PROVISIONAL = (
 
 
 @register(
-    Kind.ENV, "wetland", version=10, tags=("land", "plastic", "fluid"), added=("elasticity", "physics", "profile"),
+    Kind.ENV, "wetland", version=10, tags=("land", "plastic", "fluid"), added=("elasticity", "physics", "profile", "objects"),
     provisional=_PROVISIONAL,
 )  # fmt: skip
 def wetland(
@@ -37,6 +38,7 @@ def wetland(
     hills: Hills = LEVEL,
     profile: Profile = LEVEL_WAY,
     physics: Physics = LAND,
+    objects: Objects = NO_OBJECTS,
 ) -> Environment:
     """A bed of wet mud on rough ground: a fluid in volume, a weak plastic solid in shear.
 
@@ -61,4 +63,5 @@ def wetland(
         physics=physics,
         hills=hills,
         profile=profile,
+        objects=objects,
     )

@@ -1,0 +1,97 @@
+"""Film published solutions: `python docs/films.py` writes docs/animals.gif and docs/manipulation.mp4.
+
+The first has three animals in three media, the second the best solutions of nine tasks with objects and obstacles.
+Four minutes of one core.
+"""
+
+import json
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import imageio.v3 as iio
+import numpy as np
+from PIL import Image
+
+from zoobench.db import published
+from zoobench.db.published import PublishedRun
+from zoobench.render.canvas import side_by_side
+from zoobench.render.film import film
+from zoobench.render.film_files import film_images
+
+DOCS = Path(__file__).parent
+ANIMALS = (
+    ("best:ground/movement-speed/panda", "panda on firm ground"),
+    ("best:snow/movement-speed/baby-seal", "baby seal on snow"),
+    ("best:beds/desert/movement-speed/fish", "fish on sand"),
+)
+MANIPULATIONS = (
+    ("box", "push", "caterpillar", "push a box"),
+    ("box", "push-to", "caterpillar", "push it to a place"),
+    ("ball", "kick", "block", "kick a ball"),
+    ("sheet", "carry", "block", "carry a sheet"),
+    ("ball", "catch", "block", "catch a ball"),
+    ("ball", "lift", "gripper", "lift a ball"),
+    ("ceiling", "movement-speed", "caterpillar", "pass a ceiling"),
+    ("slot", "movement-speed", "caterpillar", "pass a slot"),
+    ("none", "reach", "arm", "reach a place"),
+)
+"""Object or obstacle, task, design and title."""
+
+SLOWED = 4
+FRAME_MS = 8  # of a control frame
+EVERY = 3  # frames from picture to picture
+COLUMNS = 3
+SIZE = 400, 256  # of each robot's picture [pixels]
+COLOURS = 220  # of the .gif
+
+
+def main() -> None:
+    """Simulate, draw and write both."""
+    pictures = _filmed([(_shortened(published.named(name)), title) for name, title in ANIMALS])
+    palette = Image.fromarray(np.vstack(pictures[:: len(pictures) // 3])).quantize(COLOURS)
+    reduced = [np.asarray(_in(palette, picture)) for picture in pictures]
+    iio.imwrite(DOCS / "animals.gif", reduced, duration=SLOWED * FRAME_MS * EVERY, loop=0)
+    films = _filmed([(_best(*cell), title) for *cell, title in MANIPULATIONS])
+    iio.imwrite(DOCS / "manipulation.mp4", films, fps=1000 / (SLOWED * FRAME_MS * EVERY), quality=5)
+
+
+def _shortened(run: PublishedRun) -> PublishedRun:
+    return replace(run, spec=replace(run.spec, frames=100))
+
+
+def _best(thing: str, task: str, design: str) -> PublishedRun:
+    """The best solution on the board `manipulation` of a task with this object or obstacle."""
+    board = json.loads((published.folder() / "manipulation.json").read_text())
+    runs = [run for each in board["runs"] if "solution" in each and (run := published.with_key(each["key"]))]
+    return max(
+        (
+            run
+            for run in runs
+            if (run.spec.task.name, run.spec.design.name) == (task, design)
+            and thing in (run.spec.env.kwargs.get("object", "none"), run.spec.env.kwargs.get("obstacle", "none"))
+        ),
+        key=lambda run: run.score,
+    )
+
+
+def _filmed(solutions: list[tuple[PublishedRun, str]]) -> list[np.ndarray]:
+    """Pictures of solutions side by side from start to end; one whose episode is over stands still."""
+    rows = [list(_pictures(run, title)) for run, title in solutions]
+    longest = max(map(len, rows))
+    return [
+        side_by_side([row[min(moment, len(row) - 1)] for row in rows], columns=COLUMNS) for moment in range(longest)
+    ]
+
+
+def _pictures(run: PublishedRun, title: str) -> Iterator[np.ndarray]:
+    episode = film(run.spec, run.params, moments=range(0, run.spec.frames + 1, EVERY))
+    return film_images(episode, title, SIZE, smooth=True)
+
+
+def _in(palette: Image.Image, image: np.ndarray) -> Image.Image:
+    return Image.fromarray(image).quantize(palette=palette, dither=Image.Dither.NONE).convert("RGB")
+
+
+if __name__ == "__main__":
+    main()
