@@ -21,8 +21,8 @@ _PROVISIONAL = (
 
 
 @register(
-    Kind.ENV, "wetland", version=10, tags=("land", "plastic", "fluid"), added=("elasticity", "physics", "profile", "objects"),
-    provisional=_PROVISIONAL,
+    Kind.ENV, "wetland", version=10, tags=("land", "plastic", "fluid"),
+    added=("elasticity", "physics", "profile", "objects"), provisional=_PROVISIONAL,
 )  # fmt: skip
 def wetland(
     *,
