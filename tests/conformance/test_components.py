@@ -69,7 +69,8 @@ def _possible(env: str, task: str) -> list[str]:
     """The environment for a task, with a box if it needs one; none where there cannot be one."""
     if not registry.get(Kind.TASK, task.partition("[")[0]).needs_object:
         return [env]
-    return [f"{env}[object=box,object_gap=0]"] if "object" in registry.get(Kind.ENV, env).parameters else []
+    water = "water=grid," * (env == "ocean")
+    return [f"{env}[{water}object=box,object_gap=0]"] if "object" in registry.get(Kind.ENV, env).parameters else []
 
 
 BODIES = [name for name in DESIGNS if "space" not in registry.get(Kind.DESIGN, name).tags]

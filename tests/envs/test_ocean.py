@@ -49,6 +49,41 @@ def test_water_by_forces_has_no_bounds() -> None:
     assert middle[1] == pytest.approx(scene.upper[1] / 2, rel=0.05)
 
 
+def test_an_object_in_water_begins_beside_the_robot() -> None:
+    """As high as that, as dense as water by default, in a tank that is longer by what it takes."""
+    made = _made("ocean[water=grid,object=box]")
+    scene, empty = (env.scene(_body("fish", SMOKE), SMOKE) for env in (made, _made("ocean[water=grid]")))
+    robot, (thing,) = scene.robot.positions, scene.objects
+    middle, other = (p[:, 1].min() + p[:, 1].max() for p in (robot, thing.body.positions))
+    assert middle == pytest.approx(other, abs=1e-12)
+    assert thing.body.positions[:, 0].min() > robot[:, 0].max()
+    assert thing.body.masses.sum() == pytest.approx(1000.0 * thing.body.volumes.sum())
+    assert not scene.follows
+    assert scene.upper[0] == pytest.approx(made.arena[0] + 0.09375)
+    assert not empty.objects
+
+
+@pytest.mark.parametrize(
+    ("setting", "told"),
+    [
+        (
+            "water=surface,object=box",
+            "possible in water on a grid, not with water=surface. Give water=grid",
+        ),
+        ("water=particles,object=box", "not with water=particles"),
+        ("water=grid,object=box,object_friction=0.1", "object_friction has no effect in water on a grid"),
+        ("water=grid,object=box,object_height=0.1", "object_height has no effect"),
+        ("water=grid,object=box,object_place=back", "object_place of back is not possible in water"),
+        ("water=grid,object=box,object_mass=0.1", "Give 0.122 kg or more; 0.244 kg floats"),
+        ("water=grid,object=box,object_mass_spread=0.6", "object_mass of 0.244"),
+    ],
+)
+def test_objects_that_water_does_not_take_are_refused(setting: str, told: str) -> None:
+    """With what it takes."""
+    with pytest.raises(UsageError, match=told):
+        _made(f"ocean[{setting}]").scene(_body("fish", SMOKE), SMOKE)
+
+
 @pytest.mark.parametrize("setting", ["slope=5", "relief=0.02"])
 def test_ground_is_refused_where_water_has_none(setting: str) -> None:
     """With the water that has one."""

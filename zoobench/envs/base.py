@@ -18,7 +18,7 @@ from zoobench.envs.profile import LEVEL_WAY, Profile
 from zoobench.errors import SceneError, UsageError
 from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.fidelity import REST_FRAME_PARTICLES, Fidelity
-from zoobench.sim.model.grid_water import GridWater
+from zoobench.sim.model.grid_water import LIGHTEST, GridWater
 from zoobench.sim.model.ground_skin import SKIN, GroundSkin
 from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.laws.water import WaterMaterial
@@ -52,11 +52,6 @@ _FREE_SHARE = 0.4
 BED_THICKNESS = 1 / 32
 """[m] Of a solid bed: two cells of `draft` and a whole number at every fidelity. Where a bed ends in half a cell, its
 surface lies otherwise to the nodes, and gaits score a quarter less. Twice as thick, it changes scores by 3 %."""
-
-LIGHTEST = 0.5
-"""Density of matter in water on a grid, relative to the water's, at least. Water that is set going with lighter matter
-has more inertia than that, and their exchange of momentum would grow from step to step: a fish of 0.45 diverges at
-`paper`."""
 
 EQUILIBRATION_FRAMES = 80
 """Control frames of equilibration: one period of the slowest wave, the sloshing of the ocean's tank (0.66 s). In the
@@ -253,8 +248,8 @@ class Environment:
         It is longer by whole cells, so that episodes of every length begin at the same place of the grid.
 
         A bed is longer by the way of an episode ahead, and firm ground, which costs nothing, on every side, by the way
-        down a slope and by what objects take. A tank of water is as large as it is given: waves of a longer one would
-        take longer to rest.
+        down a slope and by what objects take. A tank of water is as large as it is given, since waves of a longer one
+        would take longer to rest, and one of water on a grid longer by what objects take.
         """
         fastest = max(HIGHEST_SPEED, abs(self.objects.object_speed)) if self.objects else HIGHEST_SPEED
         way = _whole(fastest * seconds, grid_spacing) + _whole(self.objects.reach, grid_spacing)
@@ -264,6 +259,9 @@ class Environment:
             room = _whole(FREE_ROOM, grid_spacing)
             size += [room, 0.0, 2.0 * room]
             start += [room, 0.0, room]
+        if self.water is not None:
+            size[0] += _whole(self.objects.reach, grid_spacing)
+            return size, start
         if self.bed is not None:
             size[0] += 0.0 if isinstance(self.bed.material, WaterMaterial) else way
             return size, start

@@ -14,6 +14,7 @@ from zoobench.envs.ranges import check_ranges
 from zoobench.errors import SceneError, UsageError
 from zoobench.sim.model.elastic_bodies import ElasticBody, SceneObject
 from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.grid_water import LIGHTEST
 from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.standing import standing
@@ -176,6 +177,8 @@ class Objects:
             SceneError: an object is too thin for the grid, is too heavy for the ground, or has no place.
         """
         h, edge = fidelity.grid_spacing, fidelity.particle_edge
+        if scene.water is not None:
+            self._check_immersed(scene.water.density)
         solid = self.solid
         solid.check(fidelity)
         sample = solid.shape.sample(fidelity).of_volume(solid.volume)
@@ -192,6 +195,8 @@ class Objects:
             if self.object_place == "back":
                 below = bodies[-1] if bodies else scene.robot
                 bodies.append(_put_down(scene, moved, below, edge, _APART * h))
+            elif scene.water is not None:
+                bodies.append(_beside(scene, moved))
             elif self.object_height:
                 bodies.append(_raised(scene, moved, edge, self.object_height + _APART * h))
             else:
@@ -208,6 +213,31 @@ class Objects:
             if self.object_place != "below":
                 raise
             raise SceneError(self._no_room(scene.robot)) from error
+
+    def _check_immersed(self, density: float) -> None:
+        """Refuse what has no effect in water on a grid of this density [kg/m^3], or no place there.
+
+        Raises:
+            SceneError: a setting is not possible.
+        """
+        idle = ("object_friction", "object_ground_friction", "object_height")
+        changed = [name for name in idle if getattr(self, name) != getattr(NO_OBJECTS, name)]
+        if changed:
+            raise SceneError(
+                f"{changed[0]} has no effect in water on a grid, where bodies stick to each other and begin at one "
+                "height. Leave it out."
+            )
+        if self.object_place in _UNDER:
+            raise SceneError(
+                f"An object_place of {self.object_place} is not possible in water, where nothing lies on a back. "
+                f"Choose {', '.join(_FAR)}."
+            )
+        lightest = LIGHTEST * density * self.solid.volume
+        if self.object_mass * (1.0 - self.object_mass_spread) < lightest:
+            raise SceneError(
+                f"An object_mass of {self.object_mass:g} kg is too light for this water: their exchange of momentum "
+                f"would not be stable. Give {lightest:.3g} kg or more; {density * self.solid.volume:.3g} kg floats."
+            )
 
     def _no_room(self, robot: ElasticBody) -> str:
         """Why an object below the robot begins within it."""
@@ -268,6 +298,15 @@ def _raised(scene: Scene, body: ElasticBody, edge: float, height: float) -> Elas
     raised = replace(body, positions=body.positions + np.array([0.0, up, 0.0]))
     _check_place(raised, scene)
     return raised
+
+
+def _beside(scene: Scene, body: ElasticBody) -> ElasticBody:
+    """The body with its middle as high as that of a robot in water."""
+    robot = scene.robot.positions[:, 1]
+    up = (robot.min() + robot.max() - body.positions[:, 1].min() - body.positions[:, 1].max()) / 2
+    moved = replace(body, positions=body.positions + np.array([0.0, up, 0.0]))
+    _check_place(moved, scene)
+    return moved
 
 
 def _check_place(body: ElasticBody, scene: Scene) -> None:

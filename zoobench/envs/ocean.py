@@ -6,6 +6,7 @@ from typing import Literal
 from zoobench.envs.base import Environment, Stance, equilibration_frames
 from zoobench.envs.bed import Bed
 from zoobench.envs.hills import LEVEL, Hills
+from zoobench.envs.objects import Objects
 from zoobench.envs.physics import FRESH_WATER, SWIMMER, Physics, Water
 from zoobench.envs.profile import LEVEL_WAY, Profile
 from zoobench.errors import UsageError
@@ -13,6 +14,9 @@ from zoobench.registry import Kind, register
 from zoobench.sim.model.surface_water import SurfaceWater
 
 _DEPTH, _LENGTH, _WIDTH, _BULK_MODULUS = 0.15625, 0.4375, 0.1875, 1e5
+
+_AFLOAT = Objects(object_mass=0.244140625)
+"""None, and by default one as dense as water: a box of 1/16 m."""
 
 START = 0.4
 """Start of the robot, relative to the length."""
@@ -37,7 +41,7 @@ _PROVISIONAL = (
 
 @register(
     Kind.ENV, "ocean", version=15, tags=("water", "fluid"),
-    added=("fluid", "hills", "profile", "physics", "current"), was={"water": "grid"},
+    added=("fluid", "hills", "profile", "physics", "current", "objects"), was={"water": "grid"},
     provisional=_PROVISIONAL, unless={"water": "surface"},
 )  # fmt: skip
 def ocean(
@@ -53,6 +57,7 @@ def ocean(
     physics: Physics = SWIMMER,
     current: float = 0.0,
     onset: float = ONSET,
+    objects: Objects = _AFLOAT,
 ) -> Environment:
     """Deep water, in which a robot as dense as water floats.
 
@@ -91,6 +96,8 @@ def ocean(
             tait_exponent=(fluid.tait_exponent, FRESH_WATER.tait_exponent),
             viscosity=(fluid.viscosity, FRESH_WATER.viscosity),
         )
+    if objects and water != "grid":
+        raise UsageError(f"An object is possible in water on a grid, not with water={water}. Give water=grid.")
     is_level = profile.is_level and not hills.relief
     gravity = (0.0, -physics.gravity, 0.0)
     if abs(current) > _FASTEST:
@@ -125,6 +132,7 @@ def ocean(
             water=fluid.on_grid if water == "grid" else None,
             surface_water=forces if water == "surface" else None,
             onset=onset if water == "surface" else 0.0,
+            objects=objects,
         )
     return Environment(
         robot=physics.robot,

@@ -19,7 +19,7 @@ def register_envs() -> None:
     """Register every possible combination of environment, body and task once.
 
     A task with an object has a box ahead of the robot, or below one that hangs, where an environment takes objects;
-    nothing hangs in the water of an environment.
+    nothing hangs in the water that an environment has by default, which takes no objects.
     """
     wet = {name for name in registry.names(Kind.ENV) if registry.create(Kind.ENV, Ref(name)).is_deep}
     for env, design, task in product(registry.names(Kind.ENV), _bodies(), _tasks()):
@@ -27,7 +27,7 @@ def register_envs() -> None:
         is_with_object = registry.get(Kind.TASK, task).needs_object
         hangs = HELD in registry.get(Kind.DESIGN, design).tags
         is_impossible = is_with_object and "object" not in registry.get(Kind.ENV, env).parameters
-        if is_impossible or (hangs and env in wet) or f"{_NAMESPACE}/{name}" in gymnasium.registry:
+        if is_impossible or ((hangs or is_with_object) and env in wet) or f"{_NAMESPACE}/{name}" in gymnasium.registry:
             continue
         settings = f"[object=box{',object_place=below' * hangs}]" * is_with_object
         with namespace(_NAMESPACE):

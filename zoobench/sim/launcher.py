@@ -83,7 +83,7 @@ class Launcher:
         self.constants = self._list_constants()
         if parallel and scene.water:
             raise UsageError("Water on a grid is simulated on one thread. Use the CPU, or water of particles.")
-        self._layers = self.variant.layers
+        self._layers = 1 if scene.water else self.variant.layers  # all bodies meet the water at the same faces
         self.terrain = self._sample_terrain()
         self.fields = 1 + max(self._fields())
         self._driver = (

@@ -93,7 +93,7 @@ class Simulation:
         self._plan = LaunchPlan.none(worlds, self._real, device, order)
         if scene.water:
             # of all particles, absent ones too: it must not change with the variables that a design optimises
-            covered = cover(scene.robot.positions, scene.robot.volumes, fidelity.grid_spacing)
+            covered = cover(scene.elastic.positions, scene.elastic.volumes, fidelity.grid_spacing)
             self.parameters.cover[:] = self.tensor(covered)
         drive = scene.robot.drive
         self.driven: IntArray = np.flatnonzero(drive.particles) if drive is not None else np.zeros(0, np.int64)

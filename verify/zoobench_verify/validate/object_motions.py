@@ -8,6 +8,7 @@ import numpy as np
 
 from zoobench.arrays import Array
 from zoobench.sim.model.elastic_bodies import Drive, ElasticBody, SceneObject
+from zoobench.sim.model.grid_water import GridWater
 from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.scene import Ground, Scene
 from zoobench.sim.model.standing import standing
@@ -62,6 +63,32 @@ def object_slides(record: CaseRecorder) -> None:
         record.within(f"way over the exact one, {cells} cells", way / exact, 0.97, 1.03)
         found.append(1e3 * way)
     _draw(record, "Box that slides from 1 m/s, μ = 0.5", "way [mm]", {"MPM": found}, 1e3 * exact)
+
+
+def _sinking(cells: int) -> float:
+    """Acceleration of a ball twice as dense as the water in which it begins to sink, over the exact one."""
+    size, density, radius, water = 0.4, 2000.0, _EDGE / 2, GridWater()
+    h, middle = _EDGE / cells, size / 2
+    places = lattice((middle - radius,) * 3, (middle + radius,) * 3, h / 2)
+    places = places[np.linalg.norm(places - middle, axis=1) <= radius]
+    ball = passive_body(replace(_MATTER, density=density), places, math.pi / 6.0 * _EDGE**3 / len(places))
+    sunk, grain = SceneObject("ball", ball), passive_body(_MATTER, np.full((1, 3), 0.05), (h / 2) ** 3)
+    scene = Scene(grain, (0, 0, 0), (size,) * 3, gravity=_DOWN, water=water, objects=(sunk,))
+    rig = Rig(scene, h, 0.05, precision=32)
+    rig.advance(rig.steps)
+    speed = -float(rig.v[scene.slice_of("ball"), 1].mean())
+    exact = (density - water.density) / (density + water.density / 2) * GRAVITY
+    return speed / (rig.steps * rig.dt) / exact
+
+
+@case("object-sinks", "Lamb 1932, §92: a ball in ideal water", "ball of 4, 6 and 8 cells", precision=32, is_fast=False)
+def object_sinks(record: CaseRecorder) -> None:
+    """A ball in water on a grid begins to sink as if half of the water in its place went with it."""
+    found = []
+    for cells in _CELLS:
+        found.append(_sinking(cells))
+        record.within(f"acceleration over the exact one, {cells} cells", found[-1], 0.9, 1.05)
+    _draw(record, "Ball twice as dense as water", "acceleration over the exact one [-]", {"MPM": found}, 1.0)
 
 
 def _pushed(cells: int) -> tuple[float, float, float]:

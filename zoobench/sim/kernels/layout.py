@@ -241,10 +241,10 @@ def scene_constants(constants: Any, medium: Any = None, more: Sequence[str] = ()
 
 
 @while_compiling
-def constants_of(constants: Any, variant: Variant) -> ti.Struct:
-    """`scene_constants` of a variant."""
+def constants_of(constants: Any, variant: Variant, water: Any = None) -> ti.Struct:
+    """`scene_constants` of a variant, in `water` without particles or with none."""
     more = object_constants(variant.objects, len(variant.pairs), sum(variant.anchors))
-    return scene_constants(constants, variant.law, more)
+    return scene_constants(constants, water or variant.law, more)
 
 
 @ti.func

@@ -12,6 +12,11 @@ from zoobench.errors import SceneError
 SOLID_SHARE = 0.6
 """Share of volume at a particle's own place from which matter counts as solid by itself [-]: see `cover`."""
 
+LIGHTEST = 0.5
+"""Density of matter in water on a grid, relative to the water's, at least. Water that is set going with lighter matter
+has more inertia than that, and their exchange of momentum would grow from step to step: a fish of 0.45 diverges at
+`paper`."""
+
 LEAST_CELLS = 2
 """Cells between walls in each direction, which the stencils of advection need."""
 

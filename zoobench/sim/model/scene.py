@@ -199,10 +199,9 @@ class Scene:
             for value in (each.friction, each.ground_friction):
                 if not 0 <= value < np.inf:
                     raise SceneError(f"A friction of {value:g} of the {each.name} is not possible. Give 0 or more.")
-        if self.objects and (self.water is not None or (self.medium is not None and self.medium.friction is None)):
+        if self.objects and self.medium is not None and self.medium.friction is None:
             raise SceneError(
-                "Objects are possible on the ground and on or in a medium with a velocity field of its own; leave out "
-                "the water on a grid, or give the medium a friction."
+                "Objects are possible on or in a medium with a velocity field of its own. Give the medium a friction."
             )
         bodies = {"robot": self.robot, **{each.name: each.body for each in self.objects}}
         for (one, first), (other, second) in combinations(bodies.items(), 2):
@@ -267,7 +266,7 @@ class Scene:
             found |= {Effect.FLUID} if material.flows else set()
             if self.medium.friction is not None:
                 found.add(Effect.CONTACT)
-        if self.objects:
+        if self.objects and self.water is None:
             found.add(Effect.CONTACT)
         if self.water is not None or self.surface_water is not None:
             found.add(Effect.FLUID)

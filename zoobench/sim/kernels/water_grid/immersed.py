@@ -9,7 +9,7 @@ from zoobench.sim.kernels.array_types import Rows, Scalars
 from zoobench.sim.kernels.boundary import WALL_NODES
 from zoobench.sim.kernels.columns import dot, spatial, zero_lanes
 from zoobench.sim.kernels.context import Context
-from zoobench.sim.kernels.layout import X, scene_constants
+from zoobench.sim.kernels.layout import X, constants_of
 from zoobench.sim.kernels.splines import first_node
 from zoobench.sim.kernels.water_grid.advection import advect, advect_adjoint, hold_walls, load_flow
 from zoobench.sim.kernels.water_grid.drag import drag_velocities, drag_velocities_adjoint
@@ -176,7 +176,7 @@ def advance_immersed(
     """The planned substeps of every world; each writes `stride` slots further (0: in place)."""
     ti.loop_config(serialize=True)
     for w in range(state.shape[1]):
-        scene = scene_constants(constants, GridWater)
+        scene = constants_of(constants, variant, GridWater)
         nodes, dt = arena(scene), dts[w]
         for n in range(plan[w, 1]):
             s = plan[w, 0] + n * stride
@@ -294,7 +294,7 @@ def reverse_immersed(
     """
     ti.loop_config(serialize=True)
     for w in range(state.shape[1]):
-        scene = scene_constants(constants, GridWater)
+        scene = constants_of(constants, variant, GridWater)
         nodes, dt = arena(scene), dts[w]
         for back in range(plan[w, 1]):
             s = plan[w, 0] + plan[w, 1] - 1 - back
