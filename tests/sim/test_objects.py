@@ -13,6 +13,7 @@ from zoobench.designs.sampling import Shape
 from zoobench.errors import SceneError
 from zoobench.sim.model.elastic_bodies import ElasticBody, SceneObject
 from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.grid_water import GridWater
 from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.rollout import Gradient
 from zoobench.sim.model.scene import Effect, Ground, Scene
@@ -318,6 +319,14 @@ def test_a_step_and_a_failure_are_told_of_the_body_that_causes_them() -> None:
     assert found.particle in own
     assert "of the block near" in str(found)
     assert "The block is torn: make it stiffer" in str(found)
+
+
+def test_an_object_sets_the_same_step_in_water_as_outside() -> None:
+    """Its constants are read from behind those of the water."""
+    dry = _beside(scenes.flight_scene(moving=False))
+    limits = [Solver(scene, scenes.fidelity()).current_limit()[0] for scene in (dry, replace(dry, water=GridWater()))]
+    assert limits[0].matter == "object block"
+    assert limits[1] == limits[0]
 
 
 def test_objects_are_refused_in_a_medium_that_sticks() -> None:

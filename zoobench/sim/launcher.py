@@ -18,7 +18,7 @@ from zoobench.sim.kernels.transfer import AFLIP, APIC, PIC
 from zoobench.sim.kernels.water_grid import immersed, water_layout
 from zoobench.sim.launch import Launch
 from zoobench.sim.model.fidelity import Fidelity, Transfer
-from zoobench.sim.model.grid_water import LEAST_CELLS, solver_modes
+from zoobench.sim.model.grid_water import LEAST_CELLS, GridWater, solver_modes
 from zoobench.sim.model.ground_skin import GroundSkin
 from zoobench.sim.model.launch_plan import LaunchPlan
 from zoobench.sim.model.laws.elastic import lame_parameters
@@ -77,13 +77,14 @@ class Launcher:
             objects=len(scene.objects),
             anchors=_anchors(scene),
             driven=scene.robot.drive is not None,
+            water=GridWater if scene.water else None,
         )
         work = [str(effect) for effect in sorted(scene.effects)] + ["decomposition"] * self.variant.decomposed
         self._work = {way: [f"{way} {each}" for each in work] for way in ("forward", "reverse")}
         self.constants = self._list_constants()
         if parallel and scene.water:
             raise UsageError("Water on a grid is simulated on one thread. Use the CPU, or water of particles.")
-        self._layers = 1 if scene.water else self.variant.layers  # all bodies meet the water at the same faces
+        self._layers = self.variant.layers
         self.terrain = self._sample_terrain()
         self.fields = 1 + max(self._fields())
         self._driver = (

@@ -29,6 +29,7 @@ from taichi.lang import impl
 
 from zoobench.sim.kernels.columns import matrix
 from zoobench.sim.kernels.laws.law import Law
+from zoobench.sim.model.grid_water import GridWater
 
 Given = TypeVar("Given")
 
@@ -79,6 +80,7 @@ class Variant:
     Attributes:
         muscle, damping: whether the robot has muscles, and viscosity.
         law: of the medium; None for none.
+        water: of water on a grid its class, which names its constants; None for none.
         ground: see `boundary`.
         skin: whether the ground pushes on the robot by its skin, see `skin_contact`.
         width: nodes of a spline in each direction.
@@ -109,6 +111,7 @@ class Variant:
     anchors: tuple[bool, ...] = ()
     driven: bool = False
     at_once: bool = False
+    water: type[GridWater] | None = None
 
     def uses(self, transfer: int) -> bool:
         """Whether any matter that is visited has this transfer."""
@@ -161,8 +164,9 @@ class Variant:
 
     @property
     def layers(self) -> int:
-        """How often every node is there: for the robot, for each object, and for a medium with nodes of its own."""
-        return 1 + self.objects + self.two_fields
+        """How often every node is there: for the robot, for each object, and for a medium with nodes of its own; in
+        water on a grid once for all bodies."""
+        return 1 if self.water else 1 + self.objects + self.two_fields
 
     @property
     def pairs(self) -> tuple[tuple[int, int], ...]:
@@ -181,7 +185,7 @@ class Variant:
     @property
     def surveyed(self) -> "Surveyed":
         """What of it makes a difference to the survey after a frame."""
-        return Surveyed(self.law, self.skin, self.objects)
+        return Surveyed(self.law, self.skin, self.objects, self.water if self.objects else None)
 
     @property
     def of_medium(self) -> "Variant":
@@ -195,11 +199,13 @@ class Surveyed:
 
     Attributes:
         law, skin, objects: of the variant.
+        water: of the variant, where the constants of objects follow on those of water.
     """
 
     law: Law | None
     skin: bool
     objects: int
+    water: type[GridWater] | None
 
 
 def while_compiling(given: Given) -> Given:
@@ -241,10 +247,10 @@ def scene_constants(constants: Any, medium: Any = None, more: Sequence[str] = ()
 
 
 @while_compiling
-def constants_of(constants: Any, variant: Variant, water: Any = None) -> ti.Struct:
-    """`scene_constants` of a variant, in `water` without particles or with none."""
+def constants_of(constants: Any, variant: Variant) -> ti.Struct:
+    """`scene_constants` of a variant."""
     more = object_constants(variant.objects, len(variant.pairs), sum(variant.anchors))
-    return scene_constants(constants, water or variant.law, more)
+    return scene_constants(constants, variant.water or variant.law, more)
 
 
 @ti.func

@@ -1,5 +1,7 @@
 """The survey after a frame: the worst values of every world, from which divergence and the next step are found."""
 
+from typing import Any
+
 import taichi as ti
 
 from zoobench.sim.kernels.array_types import Rows, Scalars
@@ -14,13 +16,21 @@ from zoobench.sim.kernels.layout import (
     VOLUME,
     C,
     F,
+    Surveyed,
     V,
     X,
     columns,
     history,
     object_constants,
     scene_constants,
+    while_compiling,
 )
+
+
+@while_compiling
+def known_constants(constants: Any, of: Surveyed) -> ti.Struct:
+    """The constants by name, those of objects after those of their medium or water."""
+    return scene_constants(constants, of.water or of.law, object_constants(of.objects))
 
 
 @ti.func
@@ -85,7 +95,7 @@ def survey(
     """
     ti.loop_config(serialize=True)
     for w in range(state.shape[1]):
-        scene = scene_constants(constants, of.law, object_constants(of.objects))
+        scene = known_constants(constants, of)
         worst = ti.Vector([0.0, 0.0, 0.0, -1e30])
         who = ti.Vector([0, 0, 0, 0])
         guarded, square, robot, medium, viscosity, ground = 0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -124,7 +134,7 @@ def survey_each(
         for c in ti.static(range(9)):
             found[w, p, c] = -1e30 if ti.static(c == 3) else 0.0
         if alive[w] and body[w, p, 0][MASS] > 0.0:
-            each = condition(state, body, scene_constants(constants, of.law, object_constants(of.objects)), w, p, of)
+            each = condition(state, body, known_constants(constants, of), w, p, of)
             for c in ti.static(range(4)):
                 found[w, p, c] = each.values[c]
             found[w, p, 4] = each.square

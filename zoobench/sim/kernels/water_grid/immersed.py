@@ -28,7 +28,6 @@ from zoobench.sim.kernels.water_grid.water_layout import (
     node_of,
     only,
 )
-from zoobench.sim.model.grid_water import GridWater
 
 
 @ti.func
@@ -176,7 +175,7 @@ def advance_immersed(
     """The planned substeps of every world; each writes `stride` slots further (0: in place)."""
     ti.loop_config(serialize=True)
     for w in range(state.shape[1]):
-        scene = constants_of(constants, variant, GridWater)
+        scene = constants_of(constants, variant)
         nodes, dt = arena(scene), dts[w]
         for n in range(plan[w, 1]):
             s = plan[w, 0] + n * stride
@@ -294,7 +293,7 @@ def reverse_immersed(
     """
     ti.loop_config(serialize=True)
     for w in range(state.shape[1]):
-        scene = constants_of(constants, variant, GridWater)
+        scene = constants_of(constants, variant)
         nodes, dt = arena(scene), dts[w]
         for back in range(plan[w, 1]):
             s = plan[w, 0] + plan[w, 1] - 1 - back
