@@ -174,6 +174,7 @@ def test_an_arena_with_objects_does_not_follow_its_robot(block: Body) -> None:
         ({"object_place": "back", "object_count": 3, "object_size": 0.16}, "does not fit into the arena"),
         ({"object_mass": 1e6}, "sinks into the ground"),
         ({"object_mass": -1.0}, "object_mass of -1"),
+        ({"object_mass": 0.0}, "object_mass of 0 kg is that of water on a grid"),
         ({"object_friction": -0.1}, "object_friction of -0.1"),
         ({"object_gap": -0.1}, "object_gap of -0.1"),
         ({"object_count": 0}, "Give 1 to 3"),

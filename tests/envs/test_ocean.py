@@ -49,39 +49,58 @@ def test_water_by_forces_has_no_bounds() -> None:
     assert middle[1] == pytest.approx(scene.upper[1] / 2, rel=0.05)
 
 
-def test_an_object_in_water_begins_beside_the_robot() -> None:
-    """As high as that, as dense as water by default, in a tank that is longer by what it takes."""
-    made = _made("ocean[water=grid,object=box]")
-    scene, empty = (env.scene(_body("fish", SMOKE), SMOKE) for env in (made, _made("ocean[water=grid]")))
+@pytest.mark.parametrize(
+    ("place", "longer", "moved"),
+    [
+        ("ahead", (0.09375, 0.0), (0.0, 0.0)),
+        ("behind", (0.09375, 0.0), (0.09375, 0.0)),
+        ("left", (0.0, 0.09375), (0.0, 0.09375)),
+        ("right", (0.0, 0.09375), (0.0, 0.0)),
+    ],
+)
+def test_an_object_in_water_begins_beside_the_robot(
+    place: str, longer: tuple[float, float], moved: tuple[float, float]
+) -> None:
+    """As high as that, on the side where the tank is larger for it."""
+    made = _made(f"ocean[water=grid,object=box,object_place={place}]")
+    scene, empty = (env.scene(_body("caterpillar", SMOKE), SMOKE) for env in (made, _made("ocean[water=grid]")))
     robot, (thing,) = scene.robot.positions, scene.objects
     middle, other = (p[:, 1].min() + p[:, 1].max() for p in (robot, thing.body.positions))
     assert middle == pytest.approx(other, abs=1e-12)
-    assert thing.body.positions[:, 0].min() > robot[:, 0].max()
-    assert thing.body.masses.sum() == pytest.approx(1000.0 * thing.body.volumes.sum())
+    size, start = made.standing_size(1.6, SMOKE.grid_spacing)
+    np.testing.assert_allclose((size - made.arena)[[0, 2]], longer)
+    np.testing.assert_allclose((start - made.arena * np.array([0.4, 0.0, 0.5]))[[0, 2]], moved)
     assert not scene.follows
-    assert scene.upper[0] == pytest.approx(made.arena[0] + 0.09375)
+    assert empty.follows
     assert not empty.objects
+
+
+@pytest.mark.parametrize("setting", ["object=box", "object=ball,object_size=0.1", "object=box,medium_density=1500"])
+def test_an_object_in_water_is_as_dense_as_that_by_default(setting: str) -> None:
+    """Whatever its form and size."""
+    made = _made(f"ocean[water=grid,width=0.4,depth=0.3,{setting}]")
+    assert made.water is not None
+    (thing,) = made.scene(_body("caterpillar", SMOKE), SMOKE).objects
+    assert thing.body.material.density == pytest.approx(made.water.density)
 
 
 @pytest.mark.parametrize(
     ("setting", "told"),
     [
-        (
-            "water=surface,object=box",
-            "possible in water on a grid, not with water=surface. Give water=grid",
-        ),
+        ("water=surface,object=box", "possible in water on a grid, not with water=surface. Give water=grid"),
         ("water=particles,object=box", "not with water=particles"),
         ("water=grid,object=box,object_friction=0.1", "object_friction has no effect in water on a grid"),
         ("water=grid,object=box,object_height=0.1", "object_height has no effect"),
         ("water=grid,object=box,object_place=back", "object_place of back is not possible in water"),
-        ("water=grid,object=box,object_mass=0.1", "Give 0.122 kg or more; 0.244 kg floats"),
-        ("water=grid,object=box,object_mass_spread=0.6", "object_mass of 0.244"),
+        ("water=grid,object=box,object_mass=0.1", "An object of 0.1 kg, .* Give 0.123 kg or more, or none"),
+        ("water=grid,object=box,object_mass_spread=0.9", "with the draw of object_mass_spread"),
+        ("water=grid,object=beam,object_size=0.3", "or give the water a greater length, width or depth"),
     ],
 )
 def test_objects_that_water_does_not_take_are_refused(setting: str, told: str) -> None:
     """With what it takes."""
     with pytest.raises(UsageError, match=told):
-        _made(f"ocean[{setting}]").scene(_body("fish", SMOKE), SMOKE)
+        _made(f"ocean[{setting}]").scene(_body("caterpillar", SMOKE), SMOKE)
 
 
 @pytest.mark.parametrize("setting", ["slope=5", "relief=0.02"])

@@ -329,6 +329,14 @@ def test_an_object_sets_the_same_step_in_water_as_outside() -> None:
     assert limits[1] == limits[0]
 
 
+def test_a_body_in_water_is_as_thick_to_it_as_without_another_beside_it() -> None:
+    """Also where they touch when they begin."""
+    alone = replace(scenes.flight_scene(), water=GridWater())
+    found = [Solver(scene, scenes.fidelity()).parameters.cover for scene in (alone, _beside(alone))]
+    assert (found[0] > 1.0).any()
+    assert (found[0][0] == found[1][0, : alone.robot.particle_count]).all()
+
+
 def test_objects_are_refused_in_a_medium_that_sticks() -> None:
     """They need a velocity field of their own there, too."""
     with pytest.raises(SceneError, match="Give the medium a friction"):

@@ -249,7 +249,7 @@ class Environment:
 
         A bed is longer by the way of an episode ahead, and firm ground, which costs nothing, on every side, by the way
         down a slope and by what objects take. A tank of water is as large as it is given, since waves of a longer one
-        would take longer to rest, and one of water on a grid longer by what objects take.
+        would take longer to rest, and one of water on a grid larger by what objects take on their side.
         """
         fastest = max(HIGHEST_SPEED, abs(self.objects.object_speed)) if self.objects else HIGHEST_SPEED
         way = _whole(fastest * seconds, grid_spacing) + _whole(self.objects.reach, grid_spacing)
@@ -260,8 +260,8 @@ class Environment:
             size += [room, 0.0, 2.0 * room]
             start += [room, 0.0, room]
         if self.water is not None:
-            size[0] += _whole(self.objects.reach, grid_spacing)
-            return size, start
+            room = _whole(self.objects.reach, grid_spacing) * self.objects.direction
+            return size + np.abs(room), start + np.maximum(-room, 0.0)
         if self.bed is not None:
             size[0] += 0.0 if isinstance(self.bed.material, WaterMaterial) else way
             return size, start

@@ -50,7 +50,7 @@ class Objects:
     * `object_file`: of a `mesh`, a closed surface as STL, OBJ, PLY or GLB, with x ahead and z up, in GLB y; its content
       becomes part of the run's key.
     * `object_size`: edge of a box, diameter of a ball, length of the longest side of others [m].
-    * `object_mass`: of one [kg].
+    * `object_mass`: of one; 0 in water on a grid, for that of as much water [kg].
     * `object_place`: `ahead`, `behind`, `left` or `right` of the robot on the ground, on its `back`, or on the ground
       `below` a robot that hangs.
     * `object_height`: of its underside above level ground, from which it falls unless an obstacle is below it [m]; 0
@@ -59,7 +59,8 @@ class Objects:
     * `object_shift`: of an object ahead or behind, to the right; of others, ahead [m].
     * `object_speed`: with which they all begin, towards the robot; of those on the back or below, ahead [m/s].
     * `object_speed_up`: the same, upwards [m/s].
-    * `object_friction`: Coulomb coefficient between an object and the robot, or another object [-].
+    * `object_friction`: Coulomb coefficient between an object and the robot, or another object; in water on a grid they
+      stick to each other [-].
     * `object_ground_friction`: the same between an object and the ground [-].
     * `object_stiffness`: Young's modulus [Pa]; the robot's is 1e4.
     * `object_count`: of equal objects, up to 3, in a row away from the robot, or stacked on its back.
@@ -89,8 +90,15 @@ class Objects:
     def __post_init__(self) -> None:
         check_ranges(
             self,
-            positive=("object_size", "object_mass", "object_stiffness"),
-            not_negative=("object_friction", "object_ground_friction", "object_gap", "object_spread", "object_height"),
+            positive=("object_size", "object_stiffness"),
+            not_negative=(
+                "object_mass",
+                "object_friction",
+                "object_ground_friction",
+                "object_gap",
+                "object_spread",
+                "object_height",
+            ),
         )
         if not np.isfinite(self.object_shift):
             raise UsageError(f"An object_shift of {self.object_shift:g} m is not possible. Give a finite number.")
@@ -157,6 +165,12 @@ class Objects:
         return bool(self and (self.object_speed or self.object_speed_up))
 
     @property
+    def direction(self) -> Array:
+        """In which they are from the robot `[3]`; 0 for above or below it."""
+        x, z = _FAR.get(self.object_place, (0.0, 0.0))
+        return np.array([x, 0.0, z])
+
+    @property
     def _velocity(self) -> Array:
         """With which they begin `[3]` [m/s]."""
         x, z = _FAR.get(self.object_place, (-1.0, 0.0))
@@ -177,15 +191,13 @@ class Objects:
             SceneError: an object is too thin for the grid, is too heavy for the ground, or has no place.
         """
         h, edge = fidelity.grid_spacing, fidelity.particle_edge
-        if scene.water is not None:
-            self._check_immersed(scene.water.density)
         solid = self.solid
         solid.check(fidelity)
         sample = solid.shape.sample(fidelity).of_volume(solid.volume)
         material = ElasticMaterial(
             youngs_modulus=self.object_stiffness,
             poissons_ratio=_POISSONS_RATIO,
-            density=self.object_mass * (1.0 + self.object_mass_spread * self._draws[2]) / solid.volume,
+            density=self._density(scene),
         )
         rest = passive_solid(material, sample)
         rest = replace(rest, velocities=np.broadcast_to(self._velocity, rest.positions.shape).copy())
@@ -214,12 +226,25 @@ class Objects:
                 raise
             raise SceneError(self._no_room(scene.robot)) from error
 
-    def _check_immersed(self, density: float) -> None:
-        """Refuse what has no effect in water on a grid of this density [kg/m^3], or no place there.
+    def _density(self, scene: Scene) -> float:
+        """Of every object, checked [kg/m^3]; errors as of `placed`."""
+        volume, drawn = self.solid.volume, 1.0 + self.object_mass_spread * self._draws[2]
+        if scene.water is None:
+            if not self.object_mass:
+                raise SceneError("An object_mass of 0 kg is that of water on a grid. Give a positive one here.")
+            return self.object_mass * drawn / volume
+        self._check_immersed()
+        density, lightest = drawn * (self.object_mass / volume or scene.water.density), LIGHTEST * scene.water.density
+        if density < lightest:
+            raise SceneError(
+                f"An object of {density * volume:.3g} kg, its object_mass with the draw of object_mass_spread, is too "
+                "light for this water: their exchange of momentum would not be stable. Give "
+                f"{1.01 * lightest * volume:.3g} kg or more, or none: then it floats."
+            )
+        return density
 
-        Raises:
-            SceneError: a setting is not possible.
-        """
+    def _check_immersed(self) -> None:
+        """Raise a `SceneError` for what has no effect in water on a grid, or no place there."""
         idle = ("object_friction", "object_ground_friction", "object_height")
         changed = [name for name in idle if getattr(self, name) != getattr(NO_OBJECTS, name)]
         if changed:
@@ -231,12 +256,6 @@ class Objects:
             raise SceneError(
                 f"An object_place of {self.object_place} is not possible in water, where nothing lies on a back. "
                 f"Choose {', '.join(_FAR)}."
-            )
-        lightest = LIGHTEST * density * self.solid.volume
-        if self.object_mass * (1.0 - self.object_mass_spread) < lightest:
-            raise SceneError(
-                f"An object_mass of {self.object_mass:g} kg is too light for this water: their exchange of momentum "
-                f"would not be stable. Give {lightest:.3g} kg or more; {density * self.solid.volume:.3g} kg floats."
             )
 
     def _no_room(self, robot: ElasticBody) -> str:
@@ -305,16 +324,16 @@ def _beside(scene: Scene, body: ElasticBody) -> ElasticBody:
     robot = scene.robot.positions[:, 1]
     up = (robot.min() + robot.max() - body.positions[:, 1].min() - body.positions[:, 1].max()) / 2
     moved = replace(body, positions=body.positions + np.array([0.0, up, 0.0]))
-    _check_place(moved, scene)
+    _check_place(moved, scene, ", or give the water a greater length, width or depth")
     return moved
 
 
-def _check_place(body: ElasticBody, scene: Scene) -> None:
+def _check_place(body: ElasticBody, scene: Scene, otherwise: str = "") -> None:
     low, high = (np.round(each, 3) for each in (body.positions.min(axis=0), body.positions.max(axis=0)))
     if (low < scene.lower).any() or (high > scene.upper).any():
         raise SceneError(
             f"An object from {tuple(low.tolist())} to {tuple(high.tolist())} m does not fit into the arena from "
-            f"{scene.lower} to {scene.upper} m. Give a smaller object_size, or fewer."
+            f"{scene.lower} to {scene.upper} m. Give a smaller object_size, or fewer{otherwise}."
         )
 
 

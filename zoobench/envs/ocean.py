@@ -15,8 +15,8 @@ from zoobench.sim.model.surface_water import SurfaceWater
 
 _DEPTH, _LENGTH, _WIDTH, _BULK_MODULUS = 0.15625, 0.4375, 0.1875, 1e5
 
-_AFLOAT = Objects(object_mass=0.244140625)
-"""None, and by default one as dense as water: a box of 1/16 m."""
+_AFLOAT = Objects(object_mass=0.0)
+"""None, and by default as dense as water."""
 
 START = 0.4
 """Start of the robot, relative to the length."""
@@ -66,11 +66,11 @@ def ocean(
     robot is in its rest frame then. Fish swim in it by 0.3 to 0.8 lengths a beat.
 
     The others are three times as deep as a robot is tall. Water on a grid is incompressible, flows with hardly any
-    viscosity and fills a closed box with smooth walls, which goes with the robot: it has neither surface nor weight,
-    and a body feels gravity by as much as it is denser than water. In a box of twice the size a fish's speed changes by
-    2 %. Water of particles is that of the published benchmark: weakly compressible, with a surface, and as thick as
-    syrup. Of a coasting fish's speed 70 % are left after 10 ms in the former and 5 % in the latter, 80 to 90 % in real
-    water.
+    viscosity and fills a closed box with smooth walls, which goes with the robot where there are no objects: it has
+    neither surface nor weight, and a body feels gravity by as much as it is denser than water. In a box of twice the
+    size a fish's speed changes by 2 %. Water of particles is that of the published benchmark: weakly compressible, with
+    a surface, and as thick as syrup. Of a coasting fish's speed 70 % are left after 10 ms in the former and 5 % in the
+    latter, 80 to 90 % in real water.
 
     A level floor has no friction; hills, slopes, steps and gaps are rough, so that water rests on them; water on a grid
     has none.

@@ -93,8 +93,9 @@ class Simulation:
         self._plan = LaunchPlan.none(worlds, self._real, device, order)
         if scene.water:
             # of all particles, absent ones too: it must not change with the variables that a design optimises
-            covered = cover(scene.elastic.positions, scene.elastic.volumes, fidelity.grid_spacing)
-            self.parameters.cover[:] = self.tensor(covered)
+            # each body by itself: what is near it when it begins makes no part of it thicker
+            covered = [cover(body.positions, body.volumes, fidelity.grid_spacing) for body in scene.elastic_bodies]
+            self.parameters.cover[:] = self.tensor(np.concatenate(covered))
         drive = scene.robot.drive
         self.driven: IntArray = np.flatnonzero(drive.particles) if drive is not None else np.zeros(0, np.int64)
         self._muscle_energy = MuscleEnergy(scene.robot.material.muscle_strength)

@@ -39,6 +39,14 @@ def test_a_wrong_gradient_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     assert not any(row.kinks for row in rows)
 
 
+def test_episodes_beside_an_object_part_by_the_robot_alone() -> None:
+    """What sets them apart, and what is told of it, is the robot's."""
+    case = GradientCase(Ref.parse("ground[object=box]"), Ref("push"))
+    _, apart = case.separation(1, np.random.default_rng(0))
+    assert apart[0] == pytest.approx(NUDGE / 32)  # of a cell of `smoke`
+    assert len(apart) == 2
+
+
 @pytest.mark.slow
 def test_a_body_of_several_tissues_can_be_stiffened() -> None:
     """Differences go a little beyond the stiffest and the lightest tissue: fins twice as stiff as muscle, and fat."""

@@ -154,7 +154,8 @@ class GradientCase:
         rollout = self.run(self.base(frames))
         shift = rng.normal(size=(solver.particle_count, 3))
         shift *= nudge * solver.fidelity.grid_spacing / np.sqrt((shift[: solver.robot_count] ** 2).sum(1).mean())
-        solver.reset(BodyState(**rollout.body))
+        robot = {name: values[:, : solver.robot_count] for name, values in rollout.body.items()}
+        solver.reset(BodyState(**robot))
         solver.matter.x[0, 0] += solver.simulation.tensor(shift)
         solver.simulation.refresh_window()
         apart = [self._distance(rollout, 0)]
@@ -166,8 +167,8 @@ class GradientCase:
 
     def _distance(self, rollout: Rollout, frame: int) -> float:
         solver = self._solver
-        here = solver.positions(0)[: solver.robot_count]
-        return float(np.sqrt(((here - rollout.positions[frame, 0]) ** 2).sum(1).mean()))
+        here, there = (places[: solver.robot_count] for places in (solver.positions(0), rollout.positions[frame, 0]))
+        return float(np.sqrt(((here - there) ** 2).sum(1).mean()))
 
     def _motion(self, rollout: Rollout, *, leaf: bool) -> Motion:
         return motion_of(rollout, self._body, self._solver.scene, gradient=leaf)
