@@ -260,8 +260,8 @@ class Environment:
             size += [room, 0.0, 2.0 * room]
             start += [room, 0.0, room]
         if self.water is not None:
-            room = _whole(self.objects.reach, grid_spacing) * self.objects.direction
-            return size + np.abs(room), start + np.maximum(-room, 0.0)
+            taken = _whole(self.objects.reach, grid_spacing) * self.objects.direction
+            return size + np.abs(taken), start + np.maximum(-taken, 0.0)
         if self.bed is not None:
             size[0] += 0.0 if isinstance(self.bed.material, WaterMaterial) else way
             return size, start

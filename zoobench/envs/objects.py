@@ -228,7 +228,7 @@ class Objects:
 
     def _density(self, scene: Scene) -> float:
         """Of every object, checked [kg/m^3]; errors as of `placed`."""
-        volume, drawn = self.solid.volume, 1.0 + self.object_mass_spread * self._draws[2]
+        volume, drawn = self.solid.volume, 1.0 + self.object_mass_spread * float(self._draws[2])
         if scene.water is None:
             if not self.object_mass:
                 raise SceneError("An object_mass of 0 kg is that of water on a grid. Give a positive one here.")
