@@ -53,7 +53,7 @@ def test_only_the_suite_of_that_name_is_for_smoke(name: str) -> None:
     assert {spec.fidelity.name == "smoke" for spec in suites.load(name).specs} == {name == "smoke"}
 
 
-@pytest.mark.parametrize("name", ["laptop", "shallows", "design", "codesign", "control", "manipulation"])
+@pytest.mark.parametrize("name", ["gaits", "laptop", "shallows", "design", "codesign", "control", "manipulation"])
 def test_methods_compete_at_equal_substeps(name: str) -> None:
     """All runs of a row have the same budget, counted in substeps, and the same three seeds."""
     rows: dict[tuple[object, ...], set[object]] = {}
@@ -64,7 +64,7 @@ def test_methods_compete_at_equal_substeps(name: str) -> None:
     assert {len(budgets) for budgets in rows.values()} == {1}
 
 
-@pytest.mark.parametrize("name", ["laptop", "shallows", "design", "codesign", "control", "paper"])
+@pytest.mark.parametrize("name", ["gaits", "laptop", "shallows", "design", "codesign", "control", "paper"])
 def test_the_boards_have_the_published_episode(name: str) -> None:
     """200 frames, 1.6 s, so that a gait has to last."""
     assert {spec.frames for spec in suites.load(name).specs} == {200}
@@ -84,6 +84,16 @@ def test_laptop_has_every_cell_and_the_most_valuable_first() -> None:
         assert len({spec.env for spec in part}) == 7
     cells = {(spec.task, spec.design, spec.method, spec.seed) for spec in specs}
     assert cells == {(spec.task, spec.design, spec.method, spec.seed) for spec in suites.load("shallows").specs}
+
+
+def test_gaits_has_speeds_first_and_turning_second() -> None:
+    """7 places, 3 methods and 3 seeds, of four animals; paths of one."""
+    specs = suites.load("gaits").specs
+    tasks = [spec.task.name for spec in specs]
+    paths = ["waypoint-following", "velocity-tracking"]
+    assert tasks[: 2 * 252] == ["movement-speed"] * 252 + ["turning"] * 252
+    assert Counter(tasks[2 * 252 :]) == dict.fromkeys(paths, 63)
+    assert len({(spec.env, spec.task, spec.design) for spec in specs}) == 70
 
 
 def test_design_and_codesign_have_all_six_spaces_under_gradient_and_floor() -> None:
