@@ -34,7 +34,7 @@ draft and standard one diverges in it, the orca at standard; at 40 the fish does
 
 _PROVISIONAL = (
     "of two gaits that turn at standard in water on a grid neither is known to be the better at paper: scores differ "
-    "by 98 % (root mean square) from those there, and speeds by 39 %; swimmers go ahead by 0.14 lengths a beat at "
+    "by 98 % (root mean square) from those there, and speeds by 39 %; swimmers go ahead by 0.1 lengths a beat at "
     "most, real ones by 0.5. Scores in water by forces on the surface (water=surface) are not provisional"
 )
 
