@@ -128,9 +128,9 @@ def _ladders(values: dict[tuple[str, str], str], robots: Iterable[str], levels: 
     return (" / ".join(values[robot, level] for level in levels) for robot in robots)
 
 
-def firm_ground() -> str:
-    """Moving on ground and ice, from the board `laptop`."""
-    return _moving("laptop", ("ground", "ice"))
+def speeds() -> str:
+    """Moving on firm ground and in the ocean, from the board `gaits`."""
+    return _moving("gaits", ("ground", "ice", "ocean"))
 
 
 def beds() -> str:
@@ -201,7 +201,7 @@ def _rows(name: str) -> list[dict[str, str]]:
 
 TABLES: dict[str, Callable[[], str]] = {
     "accuracy": accuracy, "softness": softness, "foot": foot, "rest-frame": rest_frame, "judge": judge,
-    "firm-ground": firm_ground, "beds": beds, "bodies": bodies,
+    "speeds": speeds, "beds": beds, "bodies": bodies,
     "speed": speed,
 }  # fmt: skip
 
@@ -249,7 +249,8 @@ def _speed(row: dict[str, str] | None) -> str:
         return ""
     mean = 1000 * float(row["mean"])
     half = f" ± {_rounded(1000 * (float(row['high']) - float(row['low'])) / 2)}" if row["low"] else ""
-    return f"**{mean:.3g}{half}**" if row["winner"] == "True" else f"{mean:.3g}{half}"
+    shown = f"{float(f'{mean:.3g}'):g}{half}"  # without an exponent
+    return f"**{shown}**" if row["winner"] == "True" else shown
 
 
 def _lasting(board: str) -> dict[tuple[str, str], str]:
