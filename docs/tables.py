@@ -129,13 +129,13 @@ def _ladders(values: dict[tuple[str, str], str], robots: Iterable[str], levels: 
 
 
 def speeds() -> str:
-    """Moving on firm ground and in the ocean, from the board `gaits`."""
-    return _moving("gaits", ("ground", "ice", "ocean"))
+    """Moving, from the board `gaits`, where it is complete."""
+    return _moving("gaits", ("ground", "ice", "desert", "ocean"))
 
 
 def beds() -> str:
-    """Moving on beds without end, from the board `beds`."""
-    return _moving("beds", ("desert", "snow", "clay", "wetland"))
+    """Moving on other beds, from the board `beds`."""
+    return _moving("beds", ("snow", "clay", "wetland"))
 
 
 def bodies() -> str:
