@@ -18,6 +18,7 @@ from zoobench.db.published import PublishedRun
 from zoobench.render.canvas import side_by_side
 from zoobench.render.film import film
 from zoobench.render.film_files import film_images
+from zoobench.spec import FRAME_SECONDS
 
 DOCS = Path(__file__).parent
 ANIMALS = (
@@ -39,8 +40,8 @@ MANIPULATIONS = (
 """Object or obstacle, task, design and title."""
 
 SLOWED = 4
-FRAME_MS = 8  # of a control frame
 EVERY = 3  # frames from picture to picture
+SHOWN_SECONDS = SLOWED * FRAME_SECONDS * EVERY  # of a picture
 COLUMNS = 3
 SIZE = 400, 256  # of each robot's picture [pixels]
 COLOURS = 220  # of the .gif
@@ -51,19 +52,19 @@ def main() -> None:
     pictures = _filmed([(_shortened(published.named(name)), title) for name, title in ANIMALS])
     palette = Image.fromarray(np.vstack(pictures[:: len(pictures) // 3])).quantize(COLOURS)
     reduced = [np.asarray(_in(palette, picture)) for picture in pictures]
-    iio.imwrite(DOCS / "animals.gif", reduced, duration=SLOWED * FRAME_MS * EVERY, loop=0)
-    films = _filmed([(_best(*cell), title) for *cell, title in MANIPULATIONS])
-    iio.imwrite(DOCS / "manipulation.mp4", films, fps=1000 / (SLOWED * FRAME_MS * EVERY), quality=5)
+    iio.imwrite(DOCS / "animals.gif", reduced, duration=1000 * SHOWN_SECONDS, loop=0)
+    board = json.loads((published.folder() / "manipulation.json").read_text())
+    runs = [run for each in board["runs"] if "solution" in each and (run := published.with_key(each["key"]))]
+    films = _filmed([(_best(runs, *cell), title) for *cell, title in MANIPULATIONS])
+    iio.imwrite(DOCS / "manipulation.mp4", films, fps=1 / SHOWN_SECONDS, quality=5)
 
 
 def _shortened(run: PublishedRun) -> PublishedRun:
     return replace(run, spec=replace(run.spec, frames=100))
 
 
-def _best(thing: str, task: str, design: str) -> PublishedRun:
-    """The best solution on the board `manipulation` of a task with this object or obstacle."""
-    board = json.loads((published.folder() / "manipulation.json").read_text())
-    runs = [run for each in board["runs"] if "solution" in each and (run := published.with_key(each["key"]))]
+def _best(runs: list[PublishedRun], thing: str, task: str, design: str) -> PublishedRun:
+    """The best of these solutions in a task with this object or obstacle."""
     return max(
         (
             run

@@ -249,7 +249,7 @@ def _speed(row: dict[str, str] | None) -> str:
         return ""
     mean = 1000 * float(row["mean"])
     half = f" ± {_rounded(1000 * (float(row['high']) - float(row['low'])) / 2)}" if row["low"] else ""
-    shown = f"{float(f'{mean:.3g}'):g}{half}"  # without an exponent
+    shown = _rounded(mean, 3) + half
     return f"**{shown}**" if row["winner"] == "True" else shown
 
 
@@ -281,9 +281,9 @@ def _percent(share: float) -> str:
     return _rounded(100 * share)
 
 
-def _rounded(value: float) -> str:
-    """With two digits, without an exponent."""
-    return f"{float(f'{value:.2g}'):g}"
+def _rounded(value: float, digits: int = 2) -> str:
+    """With so many digits, without an exponent."""
+    return f"{float(f'{value:.{digits}g}'):g}"
 
 
 def _joined(texts: Iterable[str]) -> str:

@@ -18,7 +18,7 @@ from zoobench.envs.profile import LEVEL_WAY, Profile
 from zoobench.errors import SceneError, UsageError
 from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.fidelity import REST_FRAME_PARTICLES, Fidelity
-from zoobench.sim.model.grid_water import LIGHTEST, GridWater
+from zoobench.sim.model.grid_water import GridWater
 from zoobench.sim.model.ground_skin import SKIN, GroundSkin
 from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.laws.water import WaterMaterial
@@ -218,9 +218,9 @@ class Environment:
         return self.obstacles.placed(scene, fidelity) if self.obstacles else scene
 
     def _check_density(self, ratio: float) -> None:
-        """Raise a `UsageError` where matter of this density ratio is too light for water on a grid, see `LIGHTEST`."""
+        """Raise a `UsageError` where matter of this density ratio is too light for water on a grid."""
         density = self.robot.density * ratio
-        least = 0.0 if self.water is None else LIGHTEST * self.water.density
+        least = 0.0 if self.water is None else self.water.lightest
         if density < (1.0 - 1e-9) * least:  # which the mean of a body's points may miss
             raise UsageError(
                 f"A robot of {density:g} kg/m^3 is too light for this water: their exchange of momentum would not be "
@@ -252,7 +252,8 @@ class Environment:
         would take longer to rest, and one of water on a grid larger by what objects take on their side.
         """
         fastest = max(HIGHEST_SPEED, abs(self.objects.object_speed)) if self.objects else HIGHEST_SPEED
-        way = _whole(fastest * seconds, grid_spacing) + _whole(self.objects.reach, grid_spacing)
+        taken = _whole(self.objects.reach, grid_spacing)
+        way = _whole(fastest * seconds, grid_spacing) + taken
         size = np.array(self.arena)
         start = size * (self.start[0], 0.0, self.start[1])
         if self.objects and self.bed is not None:  # an object is pushed anywhere, and its robot goes round it
@@ -260,8 +261,8 @@ class Environment:
             size += [room, 0.0, 2.0 * room]
             start += [room, 0.0, room]
         if self.water is not None:
-            taken = _whole(self.objects.reach, grid_spacing) * self.objects.direction
-            return size + np.abs(taken), start + np.maximum(-taken, 0.0)
+            side = taken * self.objects.direction
+            return size + np.abs(side), start + np.maximum(-side, 0.0)
         if self.bed is not None:
             size[0] += 0.0 if isinstance(self.bed.material, WaterMaterial) else way
             return size, start

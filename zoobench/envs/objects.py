@@ -14,7 +14,6 @@ from zoobench.envs.ranges import check_ranges
 from zoobench.errors import SceneError, UsageError
 from zoobench.sim.model.elastic_bodies import ElasticBody, SceneObject
 from zoobench.sim.model.fidelity import Fidelity
-from zoobench.sim.model.grid_water import LIGHTEST
 from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.standing import standing
@@ -234,7 +233,7 @@ class Objects:
                 raise SceneError("An object_mass of 0 kg is that of water on a grid. Give a positive one here.")
             return self.object_mass * drawn / volume
         self._check_immersed()
-        density, lightest = drawn * (self.object_mass / volume or scene.water.density), LIGHTEST * scene.water.density
+        density, lightest = drawn * (self.object_mass / volume or scene.water.density), scene.water.lightest
         if density < lightest:
             raise SceneError(
                 f"An object of {density * volume:.3g} kg, its object_mass with the draw of object_mass_spread, is too "
@@ -280,8 +279,8 @@ class Objects:
         if self.object_place in _UNDER:
             yield from [middle + np.array([self.object_shift, 0.0, 0.0])] * self.object_count
             return
-        x, z = _FAR[self.object_place]
-        out, aside = np.array([x, 0.0, z]), np.array([abs(z), 0.0, abs(x)]) * self.object_shift
+        out = self.direction
+        aside = abs(out[::-1]) * self.object_shift
         length = float(abs(out) @ self.solid.size)
         first = float(abs(out) @ half) + self.object_gap + length / 2
         for number in range(self.object_count):

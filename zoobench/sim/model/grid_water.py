@@ -12,7 +12,7 @@ from zoobench.errors import SceneError
 SOLID_SHARE = 0.6
 """Share of volume at a particle's own place from which matter counts as solid by itself [-]: see `cover`."""
 
-LIGHTEST = 0.5
+_LIGHTEST = 0.5
 """Density of matter in water on a grid, relative to the water's, at least. Water that is set going with lighter matter
 has more inertia than that, and their exchange of momentum would grow from step to step: a fish of 0.45 diverges at
 `paper`."""
@@ -37,6 +37,11 @@ class GridWater:
     density: float = 1000.0
     viscosity: float = 1e-6
     velocities: Array | None = None
+
+    @property
+    def lightest(self) -> float:
+        """Least density of matter in this water [kg/m^3], see `_LIGHTEST`."""
+        return _LIGHTEST * self.density
 
     def check(self) -> None:
         """Refuse constants that no water has.
