@@ -11,10 +11,11 @@ import pytest
 from tests.envs.at_rest import ENVS
 from zoobench import registry
 from zoobench.designs.caterpillar import Caterpillar
-from zoobench.envs.base import EQUILIBRATION_FRAMES, LIGHTEST, Environment, equilibration_frames
+from zoobench.envs.base import EQUILIBRATION_FRAMES, Environment, equilibration_frames
 from zoobench.errors import UsageError
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.grid_water import LIGHTEST
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.solver import Solver
 from zoobench.spec import Ref

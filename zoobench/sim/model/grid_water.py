@@ -12,7 +12,7 @@ from zoobench.errors import SceneError
 SOLID_SHARE = 0.6
 """Share of volume at a particle's own place from which matter counts as solid by itself [-]: see `cover`."""
 
-_LIGHTEST = 0.5
+LIGHTEST = 0.5
 """Density of matter in water on a grid, relative to the water's, at least. Water that is set going with lighter matter
 has more inertia than that, and their exchange of momentum would grow from step to step: a fish of 0.45 diverges at
 `paper`."""
@@ -40,8 +40,8 @@ class GridWater:
 
     @property
     def lightest(self) -> float:
-        """Least density of matter in this water [kg/m^3], see `_LIGHTEST`."""
-        return _LIGHTEST * self.density
+        """Least density of matter in this water [kg/m^3], see `LIGHTEST`."""
+        return LIGHTEST * self.density
 
     def check(self) -> None:
         """Refuse constants that no water has.
