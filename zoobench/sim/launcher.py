@@ -312,7 +312,7 @@ class Launcher:
             found.add(BEFORE)
         if self.variant.skin:
             found.add(PUSH)
-        if self.variant.rolling:
+        if self.variant.rolling_aslant:
             found.add(SURFACE)
         if self.variant.ratio:
             found.add(RATIO)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 
-@register(Kind.TASK, "carry", version=2, tags=("object",))
+@register(Kind.TASK, "carry", version=3, tags=("object",))
 @dataclass(frozen=True, kw_only=True)
 class Carry(ObjectTask):
     """Take an object on the robot's back as far as possible in one direction, without letting it fall.

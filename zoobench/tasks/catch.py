@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 
-@register(Kind.TASK, "catch", tags=("object",))
+@register(Kind.TASK, "catch", version=2, tags=("object",))
 @dataclass(frozen=True, kw_only=True)
 class Catch(ObjectTask):
     """Catch an object that is thrown, as by `ground[object=ball,object_speed=0.5,object_speed_up=1]`, and hold it up.

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 
-@register(Kind.TASK, "kick", tags=("object", "final"))
+@register(Kind.TASK, "kick", version=2, tags=("object", "final"))
 @dataclass(frozen=True, kw_only=True)
 class Kick(ObjectTask):
     """Send an object away, as far from the robot as possible; with the object on the robot's back, throw it.

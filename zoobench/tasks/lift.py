@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 
-@register(Kind.TASK, "lift", tags=("object",))
+@register(Kind.TASK, "lift", version=2, tags=("object",))
 @dataclass(frozen=True, kw_only=True)
 class Lift(ObjectTask):
     """Raise an object, and hold it up.

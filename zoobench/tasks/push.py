@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 
-@register(Kind.TASK, "push", tags=("object", "final"))
+@register(Kind.TASK, "push", version=2, tags=("object", "final"))
 @dataclass(frozen=True, kw_only=True)
 class Push(ObjectTask):
     """Move an object as far as possible in one direction; with the object behind, drag it.

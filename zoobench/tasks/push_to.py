@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 
-@register(Kind.TASK, "push-to", tags=("object", "final"))
+@register(Kind.TASK, "push-to", version=2, tags=("object", "final"))
 @dataclass(frozen=True, kw_only=True)
 class PushTo(ObjectTask):
     """Bring an object to a place by the end of the episode.

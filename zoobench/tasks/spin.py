@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 
-@register(Kind.TASK, "spin", tags=("object", "final"))
+@register(Kind.TASK, "spin", version=2, tags=("object", "final"))
 @dataclass(frozen=True, kw_only=True)
 class Spin(ObjectTask):
     """Turn an object about the vertical, counter-clockwise seen from above.

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 
-@register(Kind.TASK, "topple", tags=("object", "final"))
+@register(Kind.TASK, "topple", version=2, tags=("object", "final"))
 @dataclass(frozen=True, kw_only=True)
 class Topple(ObjectTask):
     """Upset an object, best a `column`.

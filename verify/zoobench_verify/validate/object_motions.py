@@ -91,9 +91,31 @@ def object_sinks(record: CaseRecorder) -> None:
     _draw(record, "Ball twice as dense as water", "acceleration over the exact one [-]", {"MPM": found}, 1.0)
 
 
+@case("object-rests", "Coulomb 1785: rest below μ = tan θ", "box of 4, 6 and 8 cells", precision=32)
+def object_rests(record: CaseRecorder) -> None:
+    """A box stays on a slope of 10° with μ = 0.5, about whose compliant skin it swings."""
+    slope, found = math.radians(10.0), []
+    for cells in _CELLS:
+        h, ground, size = _EDGE / cells, Ground(0.5), (0.4, 0.12, 0.2)
+        box = _stood(_box((0.1, 0.0, 0.075), h), size, ground, h)
+        rests = SceneObject("box", box, ground_friction=0.5)
+        gravity = GRAVITY * math.sin(slope), -GRAVITY * math.cos(slope), 0.0
+        scene = Scene(_grain(h), (0, 0, 0), size, ground=ground, gravity=gravity, objects=(rests,))
+        rig, index, means = Rig(scene, h, 0.25, precision=32, courant=0.8), scene.slice_of("box"), []
+        for _ in range(2):
+            places = []
+            for _ in range(rig.steps):
+                rig.advance(1)
+                places.append(float(rig.positions[index, 0].mean()))
+            means.append(1e3 * float(np.mean(places)))
+        found.append(means[1] - means[0])
+        record.within(f"way in a quarter of a second, {cells} cells", found[-1], -0.2, 0.2, "mm")
+    _draw(record, "Box on a slope of 10°, μ = 0.5", "way in a quarter of a second [mm]", {"MPM": found}, 0.0)
+
+
 def _pushed(cells: int) -> tuple[float, float, float]:
     """Speed of a box [m/s] behind which a block goes at 0.2 m/s, by how much it brakes [m/s^2] when that stops, and its
-    way after that has withdrawn [m]."""
+    way in a quarter of a second, in which it swings twice, after that has withdrawn [m]."""
     h, ground, size = _EDGE / cells, Ground(0.5), (0.4, 0.12, 0.2)
     pusher = _stood(_box((0.05, 0.0, 0.075), h), size, ground, h)
     box = _stood(_box((0.05 + _EDGE + 0.5 * h, 0.0, 0.075), h), size, ground, h)
@@ -102,22 +124,25 @@ def _pushed(cells: int) -> tuple[float, float, float]:
     rig = Rig(scene, h, 0.1, precision=32, courant=0.8)
     index = scene.slice_of("box")
 
-    def go(speed: float, seconds: float) -> tuple[float, Array]:
-        """Way of the box while the pusher goes so fast for so long [m], and its speed after each step [m/s]."""
-        before, speeds = rig.positions[index, 0].mean(), []
+    def go(speed: float, seconds: float) -> tuple[Array, Array]:
+        """Places of the box [m] after each step, and its speeds [m/s], while the pusher goes so fast for so long."""
+        places, speeds = [], []
         for _ in range(round(seconds / rig.dt)):
             rig.v[rig.robot] = speed, 0.0, 0.0
             rig.C[rig.robot] = 0.0
             rig.advance(1)
+            places.append(float(rig.positions[index, 0].mean()))
             speeds.append(float(rig.v[index, 0].mean()))
-        return float(rig.positions[index, 0].mean() - before), np.array(speeds)
+        return np.array(places), np.array(speeds)
 
     go(0.2, 0.25)
-    pushed_way, _ = go(0.2, 0.15)
+    pushed, _ = go(0.2, 0.15)
     _, speeds = go(0.0, 0.1)
     slides = speeds[: int(np.argmax(speeds < 0.05))]  # from then on it may stand, and swings back
     braking = -float(np.polyfit(rig.dt * np.arange(len(slides)), slides, 1)[0])
-    return pushed_way / 0.15, braking, go(-0.2, 0.1)[0]
+    go(-0.2, 0.1)
+    swings = [float(go(0.0, 0.25)[0].mean()) for _ in range(2)]
+    return (pushed[-1] - pushed[0]) / 0.15, braking, swings[1] - swings[0]
 
 
 @case("object-pushed", "v of the pusher; then μ g; then rest", "box of 4, 6 and 8 cells", precision=32, is_fast=False)

@@ -27,6 +27,7 @@ from typing import Any, TypeVar
 import taichi as ti
 from taichi.lang import impl
 
+from zoobench.sim.kernels.boundary import TERRAIN
 from zoobench.sim.kernels.columns import matrix
 from zoobench.sim.kernels.laws.law import Law
 from zoobench.sim.model.grid_water import GridWater
@@ -50,7 +51,8 @@ MOMENTUM, VELOCITY, PUSH, BEFORE, RATIO, SURFACE = 0, 1, 2, 3, 4, 5
 """Fields of the grid: (momentum, mass), (velocity, mass), (impulse, 0) of the ground's skin, (momentum, mass) and then
 (velocity, mass) of the motion before forces (AFLIP), and (mass times J, mass) of water or (mass times rate of volume
 change, mass) of a solid medium, and of the ground's skin (size of the impulse times velocity relative to that of the
-matter's surface, 0). `grid_adjoint` has the same fields, its momenta and velocities in the place of
+matter's surface, size of the impulse). Where a body rolls, the fourth lane of PUSH is the size of the impulse by the
+place where the ground gives it. `grid_adjoint` has the same fields, its momenta and velocities in the place of
 MOMENTUM."""
 
 START, KEPT = 6, 7
@@ -142,13 +144,18 @@ class Variant:
         return self.skin and not self.is_medium(layer)
 
     def rolls(self, layer: int) -> bool:
-        """Whether the ground's friction on this layer of nodes is against the velocity of the matter's surface."""
+        """Whether the ground's friction acts on this layer of nodes at the surface of the ground."""
         return self.skin and 0 < layer <= self.objects
 
     @property
     def rolling(self) -> bool:
-        """Whether any layer does."""
+        """Whether it does on any layer."""
         return self.skin and self.objects > 0
+
+    @property
+    def rolling_aslant(self) -> bool:
+        """Whether the nodes at which it acts lie above and below the surface: those of a plane are on it."""
+        return self.rolling and self.ground == TERRAIN
 
     def is_anchored(self, layer: int) -> bool:
         """Whether the nodes of this layer are held within a box."""

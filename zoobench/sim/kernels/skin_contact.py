@@ -5,10 +5,16 @@ of the internal forces; it may then lose tangential momentum of up to friction t
 friction balances the forces of this very substep, so that what sticks does not creep. Constraints of nodes remain as a
 hard stop, `STOP_NODES` below the ground.
 
-Friction acts on nodes up to a cell and a half above the surface, where matter that rolls is faster than at the surface:
-against the nodes' own velocity it would brake a ball. Where a body `rolls` (see `layout.Variant`), it is against the
-velocity of the matter's surface, v - s, with s = sum w j C (x_node - x_surface) / |sum w j n| over the particles that
-feel the layer by an impulse j n, from a field of its own, SURFACE.
+Nodes at which friction acts lie up to a cell and a half above the surface. There matter that rolls is faster than at
+the surface, and nearer to the axis that it turns about: friction against the nodes' own velocity, with their lever,
+brakes a ball. Where a body `rolls` (see `layout.Variant`), it acts at the surface:
+
+* Friction at a node is limited by an impulse that particles give it by another share, in the fourth lane of PUSH: that
+  of the point of the surface below them, by linear splines. The shares add up to one and their centre is that point, so
+  that friction has the force of Coulomb's law, and its lever. On a plane it acts on the nodes of the plane alone.
+* On a terrain, whose nodes are above and below the surface, it is against the velocity of the matter's surface, v - s,
+  with s = sum w j C (x_node - x_surface) / sum w j over the particles that feel the layer by an impulse j n, from a
+  field of its own, SURFACE, and its fourth lane.
 
 All vectors have four lanes. `place` is a particle's, from the grid's first node [m].
 """
@@ -20,6 +26,7 @@ from zoobench.sim.kernels.columns import (
     add,
     contract,
     dot,
+    lanes,
     matvec,
     outer,
     scale,
@@ -27,9 +34,9 @@ from zoobench.sim.kernels.columns import (
     transposed_matvec,
     zero_lanes,
 )
-from zoobench.sim.kernels.context import Around
+from zoobench.sim.kernels.context import Around, Field
 from zoobench.sim.kernels.layout import PUSH, SURFACE, VOLUME, C, X, add_columns, columns, layer
-from zoobench.sim.kernels.splines import stencil, weight_derivatives, weights
+from zoobench.sim.kernels.splines import LINEAR, stencil, weight_derivatives, weights
 from zoobench.sim.kernels.transfer import by_offset, gather_slopes, motion_adjoint, scatter, scatter_value
 
 STOP_NODES = 2
@@ -93,11 +100,18 @@ def layer_force(gap, edge, scene: ti.template()):
 
 
 @ti.func
+def foot_of(c: ti.template(), p, place, below: ti.template()):
+    """Linear stencil of the point of the ground's surface below a place."""
+    return stencil(place - below.gap * below.normal, c.scene, layer(c, p), LINEAR)
+
+
+@ti.func
 def surface_motion(c: ti.template(), p, size, below: ti.template(), offset):
-    """Impulse times velocity relative to the matter's surface, at the first node of a stencil, and its slope."""
+    """Impulse times velocity relative to the matter's surface, its size in the fourth lane, at the first node of a
+    stencil, and its slope."""
     rate = columns(c.state, c.s, c.w, p, C)
     slope = scale(size * c.scene.spacing, rate)
-    origin = (size * below.gap) * matvec(rate, below.normal)
+    origin = (size * below.gap) * matvec(rate, below.normal) + fourth(size)
     return origin - offset[0] * slope.x - offset[1] * slope.y - offset[2] * slope.z, slope
 
 
@@ -110,12 +124,16 @@ def push(c: ti.template(), p):
         force, _rate = layer_force(below.gap, edge, c.scene)
         at = stencil(place, c.scene, layer(c, p), c.variant.width)
         size = c.dt * c.body[c.w, p, 0][VOLUME] * force
-        share = weights(at.offset, c.variant.width)
-        scatter_value(c.field(PUSH, c.start), Around(at, share), size * below.normal)
+        near = Around(at, weights(at.offset, c.variant.width))
+        scatter_value(c.field(PUSH, c.start), near, size * below.normal)
         if ti.static(c.variant.rolling):
             if p >= c.scene.first[0]:
-                origin, slope = surface_motion(c, p, size, below, at.offset)
-                scatter(c.field(SURFACE, c.start), Around(at, share), origin, slope)
+                foot = foot_of(c, p, place, below)
+                limits = Field(c.grid, PUSH, c.nodes, c.start, LINEAR)
+                scatter_value(limits, Around(foot, weights(foot.offset, LINEAR)), fourth(size))
+                if ti.static(c.variant.rolling_aslant):
+                    origin, slope = surface_motion(c, p, size, below, at.offset)
+                    scatter(c.field(SURFACE, c.start), near, origin, slope)
 
 
 @ti.func
@@ -129,22 +147,28 @@ def push_adjoint(c: ti.template(), p):
         share, slopes = weights(at.offset, c.variant.width), weight_derivatives(at.offset, c.variant.width)
         near = Around(at, share, slopes)
         size = c.dt * c.body[c.w, p, 0][VOLUME] * force
-        impulse = size * below.normal
         found = gather_slopes(c.adjoint_of(PUSH), near)
-        by_weights, held = by_offset(found, impulse), found.total
-        by_size, by_gap, by_turn = dot(below.normal, held), 0.0 * size, size * held
+        by_weights, held = by_offset(found, size * below.normal), found.total
+        by_size, by_gap, by_turn = dot(below.normal, held), 0.0 * size, size * spatial(held)
         if ti.static(c.variant.rolling):
             if p >= c.scene.first[0]:
-                origin, slope = surface_motion(c, p, size, below, at.offset)
-                more, total, moments = motion_adjoint(c.adjoint_of(SURFACE), near, origin, slope)
-                gradient, upward = columns(c.state, c.s, c.w, p, C), spatial(total)
-                turned = matvec(gradient, below.normal)
-                by_weights += more
-                by_size += c.scene.spacing * contract(moments, gradient) + below.gap * dot(upward, turned)
-                by_gap += size * dot(upward, turned)
-                by_turn += (size * below.gap) * transposed_matvec(gradient, upward)
-                by_rate = add(scale(size * c.scene.spacing, moments), outer((size * below.gap) * upward, below.normal))
-                add_columns(c.adjoint, 0, c.w, p, C, by_rate)
+                held_below, by_foot = limit_adjoint(c, p, size, place, below)
+                by_weights += by_foot
+                by_size += held_below
+                by_gap -= c.scene.inverse * dot(below.normal, by_foot)
+                by_turn -= (c.scene.inverse * below.gap) * by_foot
+                if ti.static(c.variant.rolling_aslant):
+                    origin, slope = surface_motion(c, p, size, below, at.offset)
+                    more, total, moments = motion_adjoint(c.adjoint_of(SURFACE), near, origin, slope)
+                    gradient, upward = columns(c.state, c.s, c.w, p, C), spatial(total)
+                    turned = matvec(gradient, below.normal)
+                    by_weights += more
+                    by_size += c.scene.spacing * contract(moments, gradient) + below.gap * dot(upward, turned)
+                    by_size += total[3]
+                    by_gap += size * dot(upward, turned)
+                    by_turn += (size * below.gap) * transposed_matvec(gradient, upward)
+                    moved = outer((size * below.gap) * upward, below.normal)
+                    add_columns(c.adjoint, 0, c.w, p, C, add(scale(size * c.scene.spacing, moments), moved))
         by_gap += c.dt * c.body[c.w, p, 0][VOLUME] * rate * by_size
         by_normal = ti.Vector([dot(below.by_x, by_turn), 0.0, dot(below.by_z, by_turn), 0.0])
         c.adjoint[0, c.w, p, X] += c.scene.inverse * by_weights + by_gap * below.slope + by_normal
@@ -152,16 +176,37 @@ def push_adjoint(c: ti.template(), p):
 
 
 @ti.func
+def limit_adjoint(c: ti.template(), p, size, place, below: ti.template()):
+    """Adjoint of the limit of friction that an impulse of this size gives: by the size, and by the foot [1/cells]."""
+    foot = foot_of(c, p, place, below)
+    share, slopes = weights(foot.offset, LINEAR), weight_derivatives(foot.offset, LINEAR)
+    found = gather_slopes(Field(c.grid_adjoint, PUSH, c.nodes, 0, LINEAR), Around(foot, share, slopes))
+    return found.total[3], by_offset(found, fourth(size))
+
+
+@ti.func
+def fourth(size):
+    """A scalar in the fourth lane."""
+    return lanes(0.0, 0.0, 0.0, size)
+
+
+@ti.func
 def coulomb_friction(v, a, friction):
     """Node velocity after Coulomb friction: v, in which the layer's change of velocity a is included."""
+    return friction_within(v, a, friction * a.norm())
+
+
+@ti.func
+def friction_within(v, a, limit):
+    """Node velocity v after friction that takes up to `limit` of what is normal to a."""
     size, u = a.norm(), v
-    if friction * size > 0.0:
+    if ti.min(limit, size) > 0.0:
         normal = a / size
         along = v - v.dot(normal) * normal
         speed = along.norm()
         lost = 1.0 + 0.0 * speed
-        if speed > friction * size:
-            lost = friction * size / speed
+        if speed > limit:
+            lost = limit / speed
         u = v - lost * along
     return u
 
@@ -170,21 +215,31 @@ def coulomb_friction(v, a, friction):
 def coulomb_friction_adjoint(v, a, u_adjoint, friction):
     """Adjoints of `coulomb_friction` by v and a."""
     size = a.norm()
-    v_adjoint, a_adjoint = u_adjoint, 0.0 * u_adjoint
-    if friction * size > 0.0:
+    v_adjoint, a_adjoint, by_limit = friction_within_adjoint(v, a, u_adjoint, friction * size)
+    if size > 0.0:
+        a_adjoint += (friction * by_limit) * (a / size)
+    return v_adjoint, a_adjoint
+
+
+@ti.func
+def friction_within_adjoint(v, a, u_adjoint, limit):
+    """Adjoints of `friction_within` by v, by a's direction and by the limit."""
+    size = a.norm()
+    v_adjoint, a_adjoint, by_limit = u_adjoint, 0.0 * u_adjoint, 0.0 * size
+    if ti.min(limit, size) > 0.0:
         normal = a / size
         approach = v.dot(normal)
         along = v - approach * normal
         speed = along.norm()
-        # the velocity lost is all of `along`, or friction size along / |along|
+        # the velocity lost is all of `along`, or limit along / |along|
         along_adjoint = 0.0 * u_adjoint - u_adjoint
-        if speed > friction * size:
-            lost, work = friction * size / speed, along.dot(u_adjoint) / speed
+        if speed > limit:
+            lost, work = limit / speed, along.dot(u_adjoint) / speed
             along_adjoint = (lost * work / speed) * along - lost * u_adjoint
-            a_adjoint = (0.0 - friction * work) * normal
+            by_limit = 0.0 - work
         # along = v - (v . n) n, and n = a / |a|
         into = along_adjoint.dot(normal)
         v_adjoint = u_adjoint + along_adjoint - into * normal
         turn = 0.0 * v - into * v - approach * along_adjoint
-        a_adjoint += (turn - turn.dot(normal) * normal) / size
-    return v_adjoint, a_adjoint
+        a_adjoint = (turn - turn.dot(normal) * normal) / size
+    return v_adjoint, a_adjoint, by_limit

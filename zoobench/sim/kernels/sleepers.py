@@ -142,7 +142,7 @@ def begin_nodes(c: ti.template()):
                             c.grid[RATIO, node] = c.grid[RATIO, first + k]
                         if ti.static(c.variant.skin):
                             c.grid[PUSH, node] = zero_lanes()  # the robot never sleeps
-                        if ti.static(c.variant.rolling):
+                        if ti.static(c.variant.rolling_aslant):
                             c.grid[SURFACE, node] = zero_lanes()
                         node += 1
     else:

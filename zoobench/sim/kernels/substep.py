@@ -86,7 +86,7 @@ def clear_node(grid: ti.template(), node, variant: ti.template()):
         grid[BEFORE, node] = zero_lanes()
     if ti.static(variant.skin):
         grid[PUSH, node] = zero_lanes()
-    if ti.static(variant.rolling):
+    if ti.static(variant.rolling_aslant):
         grid[SURFACE, node] = zero_lanes()
     if ti.static(variant.ratio):
         grid[RATIO, node] = zero_lanes()
@@ -185,10 +185,10 @@ def update_node(c: ti.template(), m, node, index: ti.template()):
     if q[3] > 0.0:
         r = 1.0 / q[3]
         free = ti.Vector([q[0] * r + c.dt * c.scene.g_x, q[1] * r + c.dt * c.scene.g_y, q[2] * r + c.dt * c.scene.g_z])
-        push = 0.0 * free
+        push, none = 0.0 * free, 0.0 * q[3]
         if ti.static(c.variant.skin):
             push = ti.Vector([r * c.grid[PUSH, m][0], r * c.grid[PUSH, m][1], r * c.grid[PUSH, m][2]])
-        v = unless_held(c, 0, index, ground_contact(c, 0, free, (push, push), index, c.scene.friction))
+        v = unless_held(c, 0, index, ground_contact(c, 0, free, (push, push, none), index, c.scene.friction))
         after = ti.Vector([v[0], v[1], v[2], q[3]])
     c.grid[VELOCITY, node] = after
 

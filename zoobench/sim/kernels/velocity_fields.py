@@ -26,7 +26,13 @@ from zoobench.sim.kernels.contact_normal import (
 from zoobench.sim.kernels.layout import MOMENTUM, PUSH, SURFACE, VELOCITY, while_compiling
 from zoobench.sim.kernels.mud_wall import most_friction, most_friction_adjoint
 from zoobench.sim.kernels.room import free_volumes
-from zoobench.sim.kernels.skin_contact import STOP_NODES, coulomb_friction, coulomb_friction_adjoint
+from zoobench.sim.kernels.skin_contact import (
+    STOP_NODES,
+    coulomb_friction,
+    coulomb_friction_adjoint,
+    friction_within,
+    friction_within_adjoint,
+)
 
 CONTACT_FROM, CONTACT_WHOLE = 0.7, 0.8
 """Sums of the volume shares at which contact begins and is complete [-].
@@ -231,73 +237,76 @@ def velocities_before_ground(c: ti.template(), m, index: ti.template()):
 
 @ti.func
 def pushed(c: ti.template(), k: ti.template(), m, mass):
-    """Change of velocity by the ground's skin at node m of layer k and of this mass, none where it has no skin; and the
-    velocity of the matter relative to that of its surface, where it rolls."""
-    push, slide = ti.Vector([0.0 * mass, 0.0, 0.0]), ti.Vector([0.0 * mass, 0.0, 0.0])
+    """Change of velocity by the ground's skin at node m of layer k and of this mass, none without a skin; where it
+    rolls, the velocity of the matter relative to that of its surface, and the limit of friction for a coefficient of
+    one [m/s]."""
+    push, slide, limit = ti.Vector([0.0 * mass, 0.0, 0.0]), ti.Vector([0.0 * mass, 0.0, 0.0]), 0.0 * mass
     if ti.static(c.variant.has_skin(k)):
         push = ti.Vector([c.grid[PUSH, m][0], c.grid[PUSH, m][1], c.grid[PUSH, m][2]]) / mass
     if ti.static(c.variant.rolls(k)):
-        size = layer_impulse(c, m).norm()
+        limit = c.grid[PUSH, m][3] / mass
+        if ti.static(c.variant.rolling_aslant):
+            size = c.grid[SURFACE, m][3]
+            if size > 0.0:
+                slide = ti.Vector([c.grid[SURFACE, m][0], c.grid[SURFACE, m][1], c.grid[SURFACE, m][2]]) / size
+    return push, slide, limit
+
+
+@ti.func
+def pushed_adjoint(c: ti.template(), k: ti.template(), m, mass, by_given: ti.template()):
+    """Adjoint of `pushed` by the rows of PUSH and SURFACE and by the mass."""
+    push, slide, limit = pushed(c, k, m, mass)
+    by_impulse, by_limit = by_given[0] / mass, by_given[2] / mass  # from those of changes of velocity
+    by_mass = 0.0 - by_impulse.dot(push) - by_limit * limit
+    by_surface = ti.Vector([0.0 * mass, 0.0, 0.0, 0.0])
+    if ti.static(c.variant.rolls(k) and c.variant.rolling_aslant):
+        size = c.grid[SURFACE, m][3]
         if size > 0.0:
-            slide = ti.Vector([c.grid[SURFACE, m][0], c.grid[SURFACE, m][1], c.grid[SURFACE, m][2]]) / size
-    return push, slide
+            by = by_given[1] / size
+            by_surface = ti.Vector([by[0], by[1], by[2], 0.0 - slide.dot(by)])
+    return ti.Vector([by_impulse[0], by_impulse[1], by_impulse[2], by_limit]), by_surface, by_mass
 
 
 @ti.func
-def layer_impulse(c: ti.template(), m):
-    """Impulse of the ground's skin at a node."""
-    return ti.Vector([c.grid[PUSH, m][0], c.grid[PUSH, m][1], c.grid[PUSH, m][2]])
-
-
-@ti.func
-def pushed_adjoint(c: ti.template(), k: ti.template(), m, mass, push_adjoint, slide_adjoint):
-    """Adjoint of `pushed` by the impulse, by SURFACE and by the mass."""
-    push, slide = pushed(c, k, m, mass)
-    by_impulse = push_adjoint / mass  # of the impulse, from that of the change of velocity
-    by_mass, by_surface = 0.0 - by_impulse.dot(push), 0.0 * push
+def rubbed(c: ti.template(), k: ti.template(), v, given: ti.template(), friction):
+    """Velocity of a node of layer k after what the ground's skin gives and takes; `given` is what `pushed` found."""
+    u = v
     if ti.static(c.variant.rolls(k)):
-        impulse = layer_impulse(c, m)
-        size = impulse.norm()
-        if size > 0.0:
-            by_surface = slide_adjoint / size
-            by_impulse -= (slide.dot(by_surface) / size) * impulse
-    return by_impulse, by_surface, by_mass
+        u = friction_within(v + given[0] - given[1], given[0], friction * given[2]) + given[1]
+    elif ti.static(c.variant.has_skin(k)):
+        u = coulomb_friction(v + given[0], given[0], friction)
+    return u
 
 
 @ti.func
 def ground_contact(c: ti.template(), k: ti.template(), v, given: ti.template(), index: ti.template(), friction):
     """Velocity of a node of layer k after the ground: a wall, or a skin above a wall further down; `given` is what
     `pushed` found."""
-    skin = ti.static(c.variant.has_skin(k))
-    u = v
-    if ti.static(c.variant.rolls(k)):
-        u = coulomb_friction(v + given[0] - given[1], given[0], friction) + given[1]
-    elif ti.static(skin):
-        u = coulomb_friction(v + given[0], given[0], friction)
-    return contact(c, u, index, friction, ti.static(c.variant.is_tight(k)), STOP_NODES * skin)
+    stop = ti.static(STOP_NODES * c.variant.has_skin(k))
+    return contact(c, rubbed(c, k, v, given, friction), index, friction, ti.static(c.variant.is_tight(k)), stop)
 
 
 @ti.func
 def ground_contact_adjoint(
     c: ti.template(), k: ti.template(), v, given: ti.template(), stored, index: ti.template(), friction
 ):  # fmt: skip
-    """Adjoints of `ground_contact` by the velocity and by both of `given`, from that of its result."""
-    skin, rolls = ti.static(c.variant.has_skin(k), c.variant.rolls(k))
-    before, u = v, v
-    if ti.static(rolls):
-        before = v + given[0] - given[1]
-        u = coulomb_friction(before, given[0], friction) + given[1]
-    elif ti.static(skin):
-        before = v + given[0]
-        u = coulomb_friction(before, given[0], friction)
+    """Adjoints of `ground_contact` by the velocity and by all of `given`, from that of its result."""
+    u = rubbed(c, k, v, given, friction)
     row = ti.Vector([stored[0], stored[1], stored[2]])
-    v_adjoint = contact_adjoint(c, u, row, index, friction, ti.static(c.variant.is_tight(k)), STOP_NODES * skin)
-    push_adjoint, slide_adjoint = 0.0 * v_adjoint, v_adjoint
-    if ti.static(skin):
-        v_adjoint, push_adjoint = coulomb_friction_adjoint(before, given[0], v_adjoint, friction)
-        push_adjoint += v_adjoint
-    slide_adjoint -= v_adjoint
-    return v_adjoint, push_adjoint, slide_adjoint
+    stop = ti.static(STOP_NODES * c.variant.has_skin(k))
+    by_v = contact_adjoint(c, u, row, index, friction, ti.static(c.variant.is_tight(k)), stop)
+    by_push, by_slide, by_limit = 0.0 * by_v, 0.0 * by_v, 0.0 * by_v[0]
+    if ti.static(c.variant.rolls(k)):
+        by_slide = by_v
+        before, limit = v + given[0] - given[1], friction * given[2]
+        by_v, by_push, by_limit = friction_within_adjoint(before, given[0], by_v, limit)
+        by_slide -= by_v
+        by_push += by_v
+        by_limit *= friction
+    elif ti.static(c.variant.has_skin(k)):
+        by_v, by_push = coulomb_friction_adjoint(v + given[0], given[0], by_v, friction)
+        by_push += by_v
+    return by_v, (by_push, by_slide, by_limit)
 
 
 @ti.func
@@ -319,9 +328,9 @@ def update_fields(c: ti.template(), m, node, index: ti.template()):
     for k in ti.static(range(c.variant.layers)):
         mass, after = c.grid[MOMENTUM, m + k * c.nodes.size][3], ti.Vector([0.0, 0.0, 0.0, 0.0])
         if mass > 0.0:
-            push, slide = pushed(c, k, m + k * c.nodes.size, mass)
+            given = pushed(c, k, m + k * c.nodes.size, mass)
             friction, _limited = ground_friction(c, k, velocities[k], index)
-            v = unless_held(c, k, index, ground_contact(c, k, velocities[k], (push, slide), index, friction))
+            v = unless_held(c, k, index, ground_contact(c, k, velocities[k], given, index, friction))
             after = ti.Vector([v[0], v[1], v[2], mass])
         c.grid[VELOCITY, node + k * c.nodes.size] = after
 
@@ -340,26 +349,19 @@ def update_fields_adjoint(c: ti.template(), m, node, index: ti.template()):
     adjoints = [0.0 * velocities[0] for _ in ti.static(range(count))]
     masses = [0.0 * c.dt for _ in ti.static(range(count))]
     for k in ti.static(range(count)):
-        by_impulse, by_surface = 0.0 * velocities[k], 0.0 * velocities[k]
+        by_impulse, by_surface = ti.Vector([0.0 * c.dt, 0.0, 0.0, 0.0]), ti.Vector([0.0 * c.dt, 0.0, 0.0, 0.0])
         if rows[k][3] > 0.0:
-            push, slide = pushed(c, k, m + k * c.nodes.size, rows[k][3])
+            given = pushed(c, k, m + k * c.nodes.size, rows[k][3])
             friction, limited = ground_friction(c, k, velocities[k], index)
-            adjoints[k], by_push, by_slide = ground_contact_adjoint(
-                c, k, velocities[k], (push, slide), by_velocity[k], index, friction
-            )
+            adjoints[k], by_given = ground_contact_adjoint(c, k, velocities[k], given, by_velocity[k], index, friction)
             if ti.static(c.variant.has_skin(k)):
-                by_impulse, by_surface, masses[k] = pushed_adjoint(
-                    c, k, m + k * c.nodes.size, rows[k][3], by_push, by_slide
-                )
+                by_impulse, by_surface, masses[k] = pushed_adjoint(c, k, m + k * c.nodes.size, rows[k][3], by_given)
             if ti.static(c.variant.slides and c.variant.is_medium(k)):
                 adjoints[k] += most_friction_adjoint(c, velocities[k], by_velocity[k], friction, limited, index)
         if ti.static(c.variant.has_skin(k)):
-            c.grid_adjoint[PUSH, node + k * c.nodes.size] = ti.Vector(
-                [by_impulse[0], by_impulse[1], by_impulse[2], 0.0]
-            )
-        if ti.static(c.variant.rolls(k)):
-            row = ti.Vector([by_surface[0], by_surface[1], by_surface[2], 0.0])
-            c.grid_adjoint[SURFACE, node + k * c.nodes.size] = row
+            c.grid_adjoint[PUSH, node + k * c.nodes.size] = by_impulse
+        if ti.static(c.variant.rolls(k) and c.variant.rolling_aslant):
+            c.grid_adjoint[SURFACE, node + k * c.nodes.size] = by_surface
     for back in ti.static(range(len(c.variant.pairs))):
         pair = ti.static(len(c.variant.pairs) - 1 - back)
         a, b = ti.static(c.variant.pairs[pair])
