@@ -93,7 +93,8 @@ def _measured(motion: Motion, body: Body, frequency: float) -> Swim:
 
 
 _SWIMMERS = ("fish", "tuna", "shark", "clownfish", "orca")
-_FREQUENCIES = {"draft": (2.0, 3.0, 4.0, 6.0, 8.0), "paper": (2.0, 4.0, 8.0)}
+_FREQUENCIES = (2.0, 3.0, 4.0, 6.0, 8.0)
+"""[Hz]"""
 
 
 @case("swimmers", "strides of fish: Bainbridge 1958, Videler 1993; Strouhal numbers: Triantafyllou et al. 1993",
@@ -101,13 +102,13 @@ _FREQUENCIES = {"draft": (2.0, 3.0, 4.0, 6.0, 8.0), "paper": (2.0, 4.0, 8.0)}
 def swimmers(record: CaseRecorder) -> None:
     """Waves of all muscles drive five animals by as many lengths a beat as real ones, straight ahead."""
     figure = record.plot("Five swimmers", "frequency [Hz]", "lengths a beat [-]")
-    for level, frequencies in _FREQUENCIES.items():
+    for level in ("draft", "paper"):
         for name in _SWIMMERS:
-            swims = {frequency: swim(name, level, frequency) for frequency in frequencies}
+            swims = {frequency: swim(name, level, frequency) for frequency in _FREQUENCIES}
             for frequency, found in swims.items():
                 _check(record, found, name, frequency, level)
             strides = np.array([found.stride for found in swims.values()])
-            figure.computed(f"{name}, {level}", np.array(frequencies), strides)
+            figure.computed(f"{name}, {level}", np.array(_FREQUENCIES), strides)
             if level == "paper":
                 turned = swim(name, level, _SLOW, -1.0).stride / swims[_SLOW].stride
                 record.within(f"lengths a beat by a wave to the head by that of the other, {name}, paper", turned, -1.0,
