@@ -4,6 +4,7 @@ import numpy as np
 
 from zoobench.controllers.base import Controller, MusclePlaces, Placed
 from zoobench.designs.base import Body
+from zoobench.designs.mixture import Mixture
 from zoobench.errors import UsageError
 
 _UPRIGHT = 1.01
@@ -22,7 +23,7 @@ def muscle_places(body: Body) -> MusclePlaces:
     nothing, are in the middle of the body and bend it to no side.
 
     Raises:
-        UsageError: no muscle bends the body, as where a design space has all muscles everywhere.
+        UsageError: no muscle bends the body.
     """
     matter = body.volumes * body.occupancy
     offset = body.positions - (matter[:, None] * body.positions).sum(axis=0) / matter.sum()
@@ -42,24 +43,16 @@ def muscle_places(body: Body) -> MusclePlaces:
     sides = moments / np.maximum(arms, 1e-30)
     side = sides[int(upright > _UPRIGHT * sideways)]
     if np.abs(side).max(initial=0.0) < _LEAST_SIDE:
-        raise UsageError(_straight(body))
+        raise UsageError(
+            f"None of the {body.muscle_count - body.base_channels} muscles bends this body to a side, so no wave of "
+            "bending can run along it. Choose another controller, such as sine-basis, or a body with muscles left and "
+            "right."
+        )
     return MusclePlaces(back=back, side=side, right=sides[0], up=sides[1])
 
 
-def _straight(body: Body) -> str:
-    """Why no wave of bending can run along the body, with the remedy."""
-    advice = "Choose another controller, such as sine-basis, or a body with muscles left and right."
-    if body.malleable:
-        return (
-            f"The {body.muscle_count} muscles of this design space have no places before a body is made, so no wave "
-            f"of bending can run along it. {advice}"
-        )
-    return (
-        f"None of the {body.muscle_count - body.base_channels} muscles bends this body to a side, so no wave of "
-        f"bending can run along it. {advice}"
-    )
-
-
-def placed_on(body: Body, controller: Controller) -> Controller:
-    """The controller for this body; the same one if it does not depend on the muscles' places."""
-    return controller.placed(muscle_places(body)) if isinstance(controller, Placed) else controller
+def placed_on(body: Body, controller: Controller, design: object = None) -> Controller:
+    """The controller for this body of a design; the same one if it does not depend on the muscles' places."""
+    if not isinstance(controller, Placed):
+        return controller
+    return controller.placed(muscle_places(design.with_muscles(body) if isinstance(design, Mixture) else body))

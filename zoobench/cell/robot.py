@@ -180,7 +180,7 @@ class Robot:
             SceneError: the fidelity is too coarse for a single particle of the body, or for its head or tail.
         """
         made, body = sampled(design, fidelity)
-        moved_by = placed_on(body, registry.create(Kind.CONTROLLER, controller))
+        moved_by = placed_on(body, registry.create(Kind.CONTROLLER, controller), made)
         layout: Layout = ()
         if not isinstance(moved_by, OpenLoop):
             layout = layout_of(body.muscle_count, seen_by(moved_by, registry.create(Kind.TASK, task)))

@@ -1,7 +1,7 @@
 """Design spaces between primitives: weights of the animals in geometry, stiffness and muscles."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -43,6 +43,14 @@ class Mixture:
     def body(self, fidelity: Fidelity) -> Body:
         """The workspace."""
         return self.primitives.workspace(fidelity)
+
+    def with_muscles(self, body: Body) -> Body:
+        """The workspace with the muscles of all primitives by equal weights: where muscles are before one is made."""
+        import torch
+
+        shares = self.primitives.tissues(body).membership
+        weights = torch.full((self.primitives.count,), 1.0 / self.primitives.count, dtype=shares.dtype)
+        return replace(body, muscle_membership=mean(weights, shares).numpy())
 
     def parameter_count(self, body: Body) -> int:
         """A coefficient for each primitive in each part that is optimised."""
