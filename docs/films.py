@@ -22,9 +22,9 @@ from zoobench.spec import FRAME_SECONDS
 
 DOCS = Path(__file__).parent
 ANIMALS = (
-    ("best:ground/movement-speed/panda", "panda on firm ground"),
-    ("best:snow/movement-speed/baby-seal", "baby seal on snow"),
-    ("best:beds/desert/movement-speed/fish", "fish on sand"),
+    ("best:gaits/ground/movement-speed/panda", "panda on firm ground"),
+    ("best:gaits/ice/movement-speed/baby-seal", "baby seal on ice"),
+    ("best:gaits/desert/movement-speed/fish", "fish on sand"),
 )
 MANIPULATIONS = (
     ("box", "push", "caterpillar", "push a box"),

@@ -48,9 +48,9 @@ SECONDS = 4.0  # of a target's path
 FRAMES = 100  # of a controller's signal
 LETTERS = 9  # [points]
 CELLS = {
-    "diffphysics": ("laptop", "ground", "caterpillar"),
-    "cmaes": ("laptop", "ground", "caterpillar"),
-    "random": ("laptop", "ground", "caterpillar"),
+    "diffphysics": ("gaits", "ground", "caterpillar"),
+    "cmaes": ("gaits", "ground", "caterpillar"),
+    "random": ("gaits", "ground", "caterpillar"),
     "ppo": ("control", "ground", "caterpillar"),
     "evolution": ("codesign", "ocean", "voxel"),
     "neat": ("design", "ocean", "voxel"),

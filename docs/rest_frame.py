@@ -45,8 +45,7 @@ def main() -> None:
 
 def measured(env: str, task: str, animal: str, frames: str, robot: str, level: str) -> str:
     """Score of a published gait [m/s]; empty for a robot that tore."""
-    board = "laptop/" if task == "turning" else ""
-    gait = published.named(f"best:{board}{env}/{task}/{animal}")
+    gait = published.named(f"best:{env}/{task}/{animal}")
     spec = replace(
         gait.spec, env=registry.resolve(Kind.ENV, Ref(env)), design=registry.resolve(Kind.DESIGN, Ref(animal)),
         fidelity=registry.resolve(Kind.FIDELITY, Ref.parse(f"{level}[robot={robot}]")), frames=int(frames),

@@ -1,6 +1,6 @@
 """Measure and draw how scores on clay and in mud depend on the grid as the soil softens.
 
-`python docs/softness.py` evaluates the best gaits of `laptop` that move four animals, found on sand and on clay, on
+`python docs/softness.py` evaluates the best gaits of `gaits` that move four animals, found on sand and on clay, on
 softer and softer beds, writes each score into docs/softness.csv as it comes, and draws docs/softness.png. What the file
 has already is not done again. About 20 minutes of one core.
 """
@@ -43,7 +43,7 @@ def main() -> None:
 
 def measured(bed: str, stress: str, animal: str, found_on: str, level: str) -> float:
     """Score [mm/s] of a published gait on a bed that yields at this stress [Pa]."""
-    gait = published.named(f"best:laptop/{found_on}/movement-speed/{animal}")
+    gait = published.named(f"best:gaits/{found_on}/movement-speed/{animal}")
     spec = replace(
         gait.spec, env=registry.resolve(Kind.ENV, Ref.parse(f"{bed}[yield_stress={stress}]")),
         design=registry.resolve(Kind.DESIGN, Ref(animal)), fidelity=registry.resolve(Kind.FIDELITY, Ref(level)),

@@ -98,7 +98,7 @@ def test_another_task_may_have_objects_about() -> None:
 
 
 @pytest.mark.slow  # it builds every robot; `zoobench run` asks the same of the runs that it queues
-@pytest.mark.parametrize("name", ["laptop", "paper"])
+@pytest.mark.parametrize("name", ["gaits", "paper"])
 def test_no_cell_of_the_published_suites_is_refused(name: str) -> None:
     """Their targets stay inside for every robot."""
     cells = [suites.spec_of(item) for item in suites.load(name).cells]

@@ -33,7 +33,7 @@ def offered(zoobench: Command, monkeypatch: pytest.MonkeyPatch, line: str) -> li
         ("zoobench design picture --fidelity sta", ["standard"]),
         ("zoobench run --preset ppo", ["ppo"]),
         ("zoobench run --suite paper/de", ["paper/design"]),
-        ("zoobench leaderboard show lap", ["laptop"]),
+        ("zoobench leaderboard show gai", ["gaits"]),
         ("zoobench list fid", ["fidelities"]),
         ("zoobench show shallow", ["shallow-water"]),
         ("zoobench evaluate 1", []),

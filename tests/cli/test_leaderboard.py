@@ -242,22 +242,22 @@ def test_an_export_that_cannot_be_read_is_exit_code_two(zoobench: Command, board
 
 def test_the_committed_leaderboards_are_what_their_exports_make_of_them(zoobench: Command) -> None:
     """Byte for byte, all that were published."""
-    assert {"codesign.json", "design.json", "laptop.json"} <= {path.name for path in COMMITTED.iterdir()}
+    assert {"codesign.json", "design.json", "gaits.json"} <= {path.name for path in COMMITTED.iterdir()}
     ok(zoobench("leaderboard", "check", COMMITTED))
 
 
 def test_a_suite_is_printed_with_what_is_missing(zoobench: Command, database: Path) -> None:
-    """Nothing of the laptop suite is in the database: no table, and how much is missing."""
-    reply = ok(zoobench("leaderboard", "show", "laptop", "--format", "json"))
+    """Nothing of the suite `gaits` is in the database: no table, and how much is missing."""
+    reply = ok(zoobench("leaderboard", "show", "gaits", "--format", "json"))
     assert json.loads(reply.out)["cells"] == []
-    assert "1,344 runs of the suite are missing; 112 rows without any run are not shown" in reply.err
+    assert "651 runs of the suite are missing; 70 rows without any run are not shown" in reply.err
 
 
 def test_suites_are_listed(zoobench: Command) -> None:
     """Alone, and with everything else; they have no version."""
     records = json.loads(zoobench("list", "suites", "--format", "json").out)
     parts = [f"paper/{name}" for name in ("animals", "reinforcement", "control", "design", "codesign")]
-    names = ["beds", "codesign", "control", "design", "gaits", "laptop", "manipulation", "paper", *parts]
+    names = ["codesign", "control", "design", "gaits", "manipulation", "paper", *parts]
     names += ["shallows", "smoke"]
     assert [record["name"] for record in records] == names
     assert {record["version"] for record in records} == {None}
@@ -294,14 +294,14 @@ def test_plan_shows_a_part_of_a_suite(zoobench: Command) -> None:
     [
         (["run", "--dry-run"], "Nothing is chosen by --env and --task"),
         (["run", "--env", "ice"], "Nothing is chosen by --task"),
-        (["run", "--dry-run", "--suite", "labtop"], "Did you mean 'laptop'"),
-        (["run", "--dry-run", "--suite", "laptop", "--env", "lake"], "Unknown env in the suite 'laptop': 'lake'"),
-        (["run", "--suite", "laptop", "--smoke"], "A suite states every setting. Leave --smoke out"),
-        (["run", "--suite", "laptop", "--preset", "paper", "--tolerance", "1"], "Leave --preset and --tolerance out"),
+        (["run", "--dry-run", "--suite", "gates"], "Did you mean 'gaits'"),
+        (["run", "--dry-run", "--suite", "gaits", "--env", "lake"], "Unknown env in the suite 'gaits': 'lake'"),
+        (["run", "--suite", "gaits", "--smoke"], "A suite states every setting. Leave --smoke out"),
+        (["run", "--suite", "gaits", "--preset", "paper", "--tolerance", "1"], "Leave --preset and --tolerance out"),
         (["leaderboard", "show", "smoke"], "no table shows those"),
-        (["leaderboard", "show", "laptop", "--env", "ice"], "No such option: --env"),
+        (["leaderboard", "show", "gaits", "--env", "ice"], "No such option: --env"),
         (["leaderboard", "publish"], "Missing argument"),
-        (["leaderboard", "publish", "laptop", "zoobench.db"], "Cannot write a leaderboard into 'zoobench.db'"),
+        (["leaderboard", "publish", "gaits", "zoobench.db"], "Cannot write a leaderboard into 'zoobench.db'"),
     ],
 )
 def test_what_goes_not_together_is_refused(zoobench: Command, database: Path, words: list[str], message: str) -> None:
@@ -313,7 +313,7 @@ def test_what_goes_not_together_is_refused(zoobench: Command, database: Path, wo
 
 def test_there_is_no_leaderboard_without_a_database(zoobench: Command, tmp_path: Path) -> None:
     """Nothing is written, not even a page on which all is missing."""
-    assert zoobench("leaderboard", "publish", "laptop", "boards").code == 2
+    assert zoobench("leaderboard", "publish", "gaits", "boards").code == 2
     assert not (tmp_path / "boards").exists()
 
 

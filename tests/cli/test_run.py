@@ -106,7 +106,7 @@ def test_a_device_that_does_not_exist_is_refused(zoobench: Command) -> None:
     """With those that do; a suite states its own."""
     reply = zoobench("run", *CELL, "--device", "tpu")
     assert (reply.code, "Choose one of cpu, cuda" in reply.err) == (2, True)
-    reply = zoobench("run", "--suite", "laptop", "--device", "cuda")
+    reply = zoobench("run", "--suite", "gaits", "--device", "cuda")
     assert (reply.code, "Leave --device out, or --suite" in reply.err) == (2, True)
 
 

@@ -53,7 +53,7 @@ def test_only_the_suite_of_that_name_is_for_smoke(name: str) -> None:
     assert {spec.fidelity.name == "smoke" for spec in suites.load(name).specs} == {name == "smoke"}
 
 
-@pytest.mark.parametrize("name", ["gaits", "laptop", "shallows", "design", "codesign", "control", "manipulation"])
+@pytest.mark.parametrize("name", ["gaits", "shallows", "design", "codesign", "control", "manipulation"])
 def test_methods_compete_at_equal_substeps(name: str) -> None:
     """All runs of a row have the same budget, counted in substeps, and the same three seeds."""
     rows: dict[tuple[object, ...], set[object]] = {}
@@ -64,35 +64,21 @@ def test_methods_compete_at_equal_substeps(name: str) -> None:
     assert {len(budgets) for budgets in rows.values()} == {1}
 
 
-@pytest.mark.parametrize("name", ["gaits", "laptop", "shallows", "design", "codesign", "control", "paper"])
+@pytest.mark.parametrize("name", ["gaits", "shallows", "design", "codesign", "control", "paper"])
 def test_the_boards_have_the_published_episode(name: str) -> None:
     """200 frames, 1.6 s, so that a gait has to last."""
     assert {spec.frames for spec in suites.load(name).specs} == {200}
 
 
-def test_laptop_has_every_cell_and_the_most_valuable_first() -> None:
-    """7 x 4 x 4 cells, 3 methods, one of them twice, 3 seeds; the caterpillar's speed and its turning come first.
-
-    Shallow water has the same cells in a suite of its own.
-    """
-    specs = suites.load("laptop").specs
-    assert len(specs) == 7 * 4 * 4 * 4 * 3
-    sigmas = {spec.method.kwargs["sigma"] for spec in specs if spec.method.name == "cmaes"}
-    assert sigmas == {0.1, 0.3}, "the specification's, and one that gets further in as few generations"
-    for part, task in ((specs[:84], "movement-speed"), (specs[84:168], "turning")):
-        assert {(spec.task.name, spec.design.name) for spec in part} == {(task, "caterpillar")}
-        assert len({spec.env for spec in part}) == 7
-    cells = {(spec.task, spec.design, spec.method, spec.seed) for spec in specs}
-    assert cells == {(spec.task, spec.design, spec.method, spec.seed) for spec in suites.load("shallows").specs}
-
-
 def test_gaits_has_speeds_first_and_turning_second() -> None:
-    """7 places, 3 methods and 3 seeds, of four animals; paths of one."""
+    """7 places, 3 methods and 3 seeds, of four animals; of one the specification's CMA-ES, too, and paths."""
     specs = suites.load("gaits").specs
     tasks = [spec.task.name for spec in specs]
     paths = ["waypoint-following", "velocity-tracking"]
-    assert tasks[: 2 * 252] == ["movement-speed"] * 252 + ["turning"] * 252
-    assert Counter(tasks[2 * 252 :]) == dict.fromkeys(paths, 63)
+    assert tasks[: 273 + 252] == ["movement-speed"] * 273 + ["turning"] * 252
+    assert Counter(tasks[273 + 252 :]) == dict.fromkeys(paths, 63)
+    sigmas = Counter(spec.method.kwargs["sigma"] for spec in specs if spec.method.name == "cmaes")
+    assert sigmas == {0.3: 70 * 3, 0.1: 7 * 3}
     assert len({(spec.env, spec.task, spec.design) for spec in specs}) == 70
 
 
@@ -211,11 +197,11 @@ def _paper() -> tuple[RunSpec, ...]:
 
 
 @pytest.mark.slow
-def test_a_laptop_run_is_some_thirty_iterations() -> None:
+def test_a_run_of_gaits_is_some_thirty_iterations() -> None:
     """By the declared step of every environment and animal; a gradient costs three episodes. Fewer where it is dear."""
     from zoobench.cell.problem import Problem
 
-    cells = {(spec.env, spec.design): spec for spec in suites.load("laptop").specs}
+    cells = {(spec.env, spec.design): spec for spec in suites.load("gaits").specs}
     counts = {
         (env.name, design.name): math.floor(spec.budget.amount / Problem(spec).substeps_per_episode / 3)
         for (env, design), spec in cells.items()
@@ -280,8 +266,8 @@ def test_what_cannot_be_done_is_a_skip_with_its_reason() -> None:
         ("envs: ground", "envs: grund", r"grid 1, envs: Unknown environment 'grund'. Did you mean 'ground'"),
         (
             "controllers: sine-basis",
-            "controllers: 'stored[run=best:ocean/turning/fsh]'",
-            r"grid 1, controllers: Unknown solution.*Did you mean 'best:ocean/turning/fish'",
+            "controllers: 'stored[run=best:ocean/movement-speed/fsh]'",
+            r"grid 1, controllers: Unknown solution.*Did you mean 'best:ocean/movement-speed/fish'",
         ),
         ("envs: ground", "envs: 3", r"grid 1, envs: 3, expected a name as `zoobench list envs` shows them, or a list"),
         ("envs: ground", "envs: []", r"grid 1, envs: \[\], expected"),
@@ -355,8 +341,8 @@ def test_a_suite_is_named_or_in_a_file(tmp_path: Path) -> None:
     path.write_text(COMPLETE)
     suite = suites.load(str(path))
     assert (suite.name, suite.source, len(suite.specs)) == ("mine", "mine.yaml", 1)
-    with pytest.raises(UnknownNameError, match=r"Unknown suite 'labtop'\. Did you mean 'laptop'"):
-        suites.load("labtop")
+    with pytest.raises(UnknownNameError, match=r"Unknown suite 'gates'\. Did you mean 'gaits'"):
+        suites.load("gates")
     with pytest.raises(UsageError, match="Cannot read the suite"):
         suites.load(str(tmp_path / "other.yaml"))
     path.write_bytes(b"\xff\xfe")
