@@ -56,13 +56,13 @@ def accuracy() -> str:
         if levels:
             body.append((
                 place,
-                _joined(_percent(row["error"]) for row in levels),
+                f"{_joined(_percent(row['error']) for row in levels)} ± {_known(levels[0]['unknown'])}",
                 _margins(row["one_body"] for row in levels),
                 _margins(row["two_bodies"] for row in levels),
                 _joined(f"{row['seconds']:.2g}" for row in levels),
             ))  # fmt: skip
     head = (
-        "place", "error of the speed [%]", "two gaits of one animal: order known above [%]",
+        "place", "error of the speed ± that of the finest grid [%]", "two gaits of one animal: order known above [%]",
         "two animals: order known above [%]", "CPU s per simulated s",
     )  # fmt: skip
     return _table(head, body)
@@ -275,6 +275,10 @@ def _margins(orders: Iterable[dict[str, Any]]) -> str:
     if not any(order["pairs"] for order in orders):
         return "not measured"
     return _joined("?" if order["ratio"] is None else _percent(order["ratio"] - 1.0) for order in orders)
+
+
+def _known(share: float | None) -> str:
+    return "?" if share is None else _percent(share)
 
 
 def _percent(share: float) -> str:

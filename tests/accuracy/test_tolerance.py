@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 
 from tests.verify.accuracy.study import LIMITS, TASK, ladder, other_body, resolved
-from zoobench import registry
 from zoobench.accuracy import levels, tolerance
 from zoobench.errors import UsageError
 from zoobench.registry import Kind
@@ -26,17 +25,6 @@ def _measured(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[None]
     levels.published.cache_clear()
     yield
     levels.published.cache_clear()  # or other tests would read them
-
-
-def test_what_comes_with_the_package_can_be_read(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Every environment has levels with costs, and the file says which commit measured it."""
-    monkeypatch.undo()
-    levels.published.cache_clear()
-    found = levels.published()
-    levels.published.cache_clear()
-    assert found.origin
-    assert {Ref.parse(row.env).name for row in found.levels} == set(registry.names(Kind.ENV))
-    assert all(row.seconds for row in found.levels if row.fidelity in ("draft", "standard"))
 
 
 def test_the_coarsest_level_within_the_tolerance_is_chosen() -> None:
@@ -102,6 +90,18 @@ def test_the_error_is_that_of_the_bodies_asked_for(tmp_path: Path) -> None:
     assert fidelities == {"panda": "draft", "caterpillar": "standard", "fish": "draft"}
     worst = tolerance.choose(GROUND, MOVING, 0.4, None, [Ref("panda"), Ref("caterpillar")])
     assert worst.fidelity == Ref("standard")
+
+
+def test_an_error_of_the_reference_that_was_not_measured_is_told(tmp_path: Path) -> None:
+    """With a panda that no second transfer judged; what was measured asks for nothing."""
+    assert "to measure it" not in tolerance.choose(GROUND, MOVING, 0.5, 1.5).reason.lower()
+    write_levels(ladder(others=other_body((1.2, 1.15, 1.05), 0.9)[:3]), tmp_path / levels.PUBLISHED)
+    levels.published.cache_clear()
+    reason = tolerance.choose(GROUND, MOVING, 0.5, None, [Ref("panda")]).reason
+    assert "draft with scores off by 0.22 or more (32 gaits of caterpillar, panda, error of the reference not" in reason
+    assert "How far paper itself is off was not measured" in reason
+    assert "To measure it: zoobench verify accuracy run --env 'ground' --task movement-speed --levels" in reason
+    assert reason.endswith(" draft,standard,paper --verify-at fine")
 
 
 def test_what_no_level_reaches_is_refused_with_the_best_figure() -> None:

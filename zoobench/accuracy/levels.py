@@ -35,11 +35,11 @@ class LevelRow:
     Attributes:
         fidelity: its name, with the parameters that are not the default ones.
         components: environment, task and fidelity with version and every parameter.
-        bodies: the designs, and by how much the scores of each are off at most: their error, and in quadrature the
-            uncertainty of their references.
+        bodies: the designs, and by how much the scores of each are off: their error, and in quadrature the uncertainty
+            of their references where that was measured.
         gaits, runs: numbers of gaits that were evaluated, and of the runs that trained them.
         error: of the score, as a share.
-        unknown: uncertainty of the reference itself, as a share.
+        unknown: uncertainty of the reference itself, as a share; None if one body's was not measured.
         checked: number of gaits whose reference was held against a finer grid.
         low, median, high: of the ratios of scores to their references: the 10th, 50th and 90th percentile.
         transfer: of the gaits found at this level, the median ratio of reference to score.

@@ -27,9 +27,11 @@ def choose(
 ) -> FidelityChoice:
     """The coarsest level of this environment and task that is as good as is asked for.
 
+    The reason says where the reference's own error was not measured, which no figure then holds, and how to measure it.
+
     Args:
         env, task: with the parameters that differ from the defaults.
-        tolerance: the largest error of trained gaits' scores, with the reference's own uncertainty; None for any.
+        tolerance: the largest error of trained gaits' scores, with the reference's own where it is known; None for any.
         decide: the ratio above which the order of two scores must hold; None for none. With several designs these are
             scores of two bodies.
         designs: to be compared; each with the error of all that were measured if it was not measured itself.
@@ -63,7 +65,22 @@ def choose(
         )
     others = "; ".join(question.describe(row) for row in rows if row is not good[0])
     reason = f"{place} x {task.name}: {question.describe(good[0])} (others: {others})"
+    if good[0].unknown is None:
+        reason += _missing_check(env, task)
     return FidelityChoice(Ref(good[0].fidelity), reason)
+
+
+def _missing_check(env: Ref, task: Ref) -> str:
+    """That the error of the finest level is in no figure, and the command that measures it."""
+    names = [row.fidelity for row in _present(env, task)]
+    text = f". How far {names[-1]} itself is off was not measured for each of these animals and is in no figure"
+    finer = LADDER[LADDER.index(names[-1]) + 1 :]
+    if not finer:
+        return text
+    return (
+        f"{text}. To measure it: zoobench verify accuracy run --env '{short(Kind.ENV, env)}' --task {task.name} "
+        f"--levels {','.join(names)} --verify-at {finer[0]}"
+    )
 
 
 @dataclass(frozen=True)
@@ -94,15 +111,18 @@ class _Question:
 
     def describe(self, row: LevelRow) -> str:
         """A level's figures, and the bodies on which they rest."""
-        facts = [f"{row.gaits} gaits of {_bodies(row)}"]
         by = f"{row.checked} on a finer grid" if row.checked else "two transfers on one grid alone"
-        facts += [] if row.unknown is None else [f"reference known to {row.unknown:.2g} by {by}"]
+        known = "error of the reference not measured"
+        if row.unknown is not None:
+            known = f"reference known to {row.unknown:.2g} by {by}"
+        facts = [f"{row.gaits} gaits of {_bodies(row)}", known]
         orders = self.orders(row)
         pairs = f"{orders.pairs} pairs of {'two bodies' if orders == row.two_bodies else 'one body'}"
         ratio = "no ratio is known to keep" if orders.ratio is None else f"ratios above {orders.ratio:.3g} keep"
         facts += [f"{ratio} their order, by {pairs}: {', '.join(orders.bodies)}"] if orders.pairs else []
         facts += [] if row.seconds is None else [f"{row.seconds:.2g} s per simulated second"]
-        return f"{row.fidelity} with scores off by {self.bound(row):.2g} ({', '.join(facts)})"
+        least = " or more" if row.unknown is None else ""
+        return f"{row.fidelity} with scores off by {self.bound(row):.2g}{least} ({', '.join(facts)})"
 
 
 def orders(env: Ref, task: Ref, fidelity: Ref, of_two: bool) -> KeptOrders | None:
@@ -145,20 +165,25 @@ def error_at(env: Ref, task: Ref, fidelity: Ref) -> float | None:
 
 def _rows(env: Ref, task: Ref) -> list[LevelRow]:
     """The levels with a known error, from coarse to fine, measured with the present components."""
-    resolved = registry.resolve(Kind.ENV, env), registry.resolve(Kind.TASK, task)
-    present = [components(*resolved, registry.resolve(Kind.FIDELITY, Ref(name))) for name in LADDER]
-    rows = [row for row in published().levels if row.components in present and row.error is not None]
+    rows = [row for row in _present(env, task) if row.error is not None]
     if not rows:
-        place = short(Kind.ENV, resolved[0])
+        place = short(Kind.ENV, registry.resolve(Kind.ENV, env))
         raise UsageError(
             f"The accuracy of {place} x {task.name} in its present version was not measured. Measure it with "
             f"`zoobench verify accuracy run --env '{place}' --task {task.name}`, or choose with --fidelity."
         )
-    return sorted(rows, key=lambda row: -row.spacing)
+    return rows
+
+
+def _present(env: Ref, task: Ref) -> list[LevelRow]:
+    """The levels from coarse to fine, measured with the present components."""
+    resolved = registry.resolve(Kind.ENV, env), registry.resolve(Kind.TASK, task)
+    present = [components(*resolved, registry.resolve(Kind.FIDELITY, Ref(name))) for name in LADDER]
+    return sorted((row for row in published().levels if row.components in present), key=lambda row: -row.spacing)
 
 
 def _bound(row: LevelRow) -> float:
-    """Error of a level's scores: their distance to the reference, and the reference's own uncertainty."""
+    """Error of a level's scores: their distance to the reference, and the reference's own where it was measured."""
     return math.inf if row.error is None else math.hypot(row.error, row.unknown or 0.0)
 
 

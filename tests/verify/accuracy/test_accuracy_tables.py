@@ -11,7 +11,7 @@ from zoobench_verify.accuracy.records import Measurements
 
 
 def test_every_table_is_rectangular_and_says_what_was_measured() -> None:
-    """Percent, with the uncertainty of the reference."""
+    """Percent, with the uncertainty of the reference, or that there is no figure of it."""
     found = analyse(ladder(others=[sample("draft[courant=0.25]", scaled(0.8))]))
     tables = (
         level_table(found.levels),
@@ -24,6 +24,8 @@ def test_every_table_is_rectangular_and_says_what_was_measured() -> None:
     assert all(len(row) == len(columns) for columns, rows in tables for row in rows)
     level = dict(zip(*[tables[0][0], tables[0][1][0]], strict=True))
     assert level["score error"] == "50 % ± 5 % or more"
+    unchecked = level_table([replace(found.levels[0], unknown=None)])
+    assert dict(zip(unchecked[0], unchecked[1][0], strict=True))["score error"] == "50 % ± not measured"
     assert level["score / finest"] == "0.50 (0.50 to 0.50)"
     assert level["finest / score where trained"] == "200 %"
     assert tables[1] == (

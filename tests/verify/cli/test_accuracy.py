@@ -1,6 +1,7 @@
 """`zoobench verify accuracy`: the study is carried out, kept, judged again, drawn and exported."""
 
 import json
+import shlex
 
 import pytest
 
@@ -55,6 +56,13 @@ def test_published_levels_are_shown_and_drawn_without_a_study(zoobench: Command)
     unknown = zoobench(*show, "--env", "shallow-water")
     assert unknown.code == 2
     assert "zoobench verify accuracy run" in unknown.err
+
+
+def test_what_was_not_measured_can_be(zoobench: Command) -> None:
+    """By the command that `--tolerance` names where the reference's own error is not known."""
+    plan = zoobench("run", "--dry-run", "--env", "ocean", "--task", "movement-speed", "--tolerance", "0.05")
+    command = plan.err.split("To measure it: zoobench ")[1].split("\n")[0]
+    assert zoobench(*shlex.split(command), "--dry-run").code == 0
 
 
 def test_the_order_of_two_bodies_is_not_that_of_two_gaits(zoobench: Command) -> None:

@@ -99,8 +99,8 @@ def _table(rows: Sequence[Any], *columns: str | tuple[str, Callable[[Any], str]]
 
 def _error(row: LevelRow) -> str:
     least = "" if row.checked else " or more"  # two transfers on one grid may have the same error
-    unknown = "" if row.unknown is None else f" ± {_percent(row.unknown)}{least}"
-    return "not known" if row.error is None else f"{_percent(row.error)}{unknown}"
+    unknown = "not measured" if row.unknown is None else f"{_percent(row.unknown)}{least}"
+    return "not known" if row.error is None else f"{_percent(row.error)} ± {unknown}"
 
 
 def _band(row: LevelRow) -> str:

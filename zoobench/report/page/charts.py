@@ -104,7 +104,7 @@ def cost_chart(section: Section, accuracy: Accuracy) -> Chart | None:
     noun = heading(group[0].quantity for group in groups)
     x = {"field": "seconds", "type": "quantitative", "scale": _LOG, "title": "wall time of the run [s]"}
     look = _look(names)
-    spot = _tooltip("method", "seed", "unit", score=noun, seconds="wall time [s]", error="error of the fidelity")
+    spot = _tooltip("method", "seed", "unit", score=noun, seconds="wall time [s]", error="known error of the fidelity")
     bars: Chart = {
         "data": {"name": "runs"}, "transform": [{"filter": "isValid(datum.low)"}],
         "mark": {"type": "rule", "opacity": 0.5},
@@ -133,7 +133,7 @@ def accuracy_chart(section: Section, levels: Sequence[Level]) -> Chart | None:
     if not points:
         return None
     x = {"field": "seconds", "type": "quantitative", "scale": _LOG, "title": "CPU s per simulated second"}
-    y = {"field": "error", "type": "quantitative", "axis": {"format": ".0%"}, "title": "error of scores"}
+    y = {"field": "error", "type": "quantitative", "axis": {"format": ".0%"}, "title": "known error of scores"}
     spot = _tooltip("place", "fidelity", error="error", seconds="CPU s per simulated second")
     key = {"orient": "bottom", "symbolFillColor": _INK, "symbolStrokeColor": _INK}
     shape = {"field": "fidelity", "type": "nominal", "title": None, "legend": key}
