@@ -14,9 +14,12 @@ from typing import Any
 import pytest
 
 from tests.cli.conftest import Command, Reply
-from tests.report.boards import board
+from tests.report.boards import board, unknown
+from tests.report.content import add_done
 from zoobench.db.rows import RunState
+from zoobench.db.store import Store
 from zoobench.errors import UsageError
+from zoobench.harness import suites
 from zoobench.report.leaderboard import BoardRow
 from zoobench.report.leaderboard_files import publish
 from zoobench.spec import RunSpec
@@ -43,7 +46,7 @@ grids:
 @pytest.fixture
 def boards(tmp_path: Path) -> Path:
     """A folder with the published leaderboard `mine`."""
-    publish(board(tmp_path), tmp_path / "boards")
+    publish(board(tmp_path), tmp_path / "boards", unknown)
     return tmp_path / "boards"
 
 
@@ -149,6 +152,19 @@ def test_a_leaderboard_grows_over_databases(zoobench: Command, tmp_path: Path, p
     assert (tmp_path / "leaderboards" / "tiny.json").read_text() == "mine"
 
 
+def test_animals_that_cannot_be_ranked_are_told(zoobench: Command, tmp_path: Path) -> None:
+    """By what is published of the fidelity: in the terminal, on the page, and on the page made anew."""
+    (tmp_path / "tiny.yaml").write_text(TINY.replace("designs: caterpillar", "designs: [caterpillar, panda]"))
+    with Store(tmp_path / "zoobench.db") as store:
+        for cell in suites.load(str(tmp_path / "tiny.yaml")).cells:
+            add_done(store, suites.spec_of(cell), 1.0)
+    told = "not that of caterpillar and panda"
+    assert told in ok(zoobench("leaderboard", "show", "tiny.yaml")).out
+    ok(zoobench("leaderboard", "publish", "tiny.yaml"))
+    assert told in (tmp_path / "leaderboards" / "tiny.md").read_text(encoding="utf-8")
+    assert "nothing was written" in ok(zoobench("leaderboard", "rebuild")).err
+
+
 def test_a_done_run_is_not_lost_to_one_that_failed(boards: Path, tmp_path: Path) -> None:
     """What was done once and published stays, whatever became of the same run in another database."""
     before = (boards / "mine.md").read_text(encoding="utf-8")
@@ -157,14 +173,14 @@ def test_a_done_run_is_not_lost_to_one_that_failed(boards: Path, tmp_path: Path)
         BoardRow(entry.spec, RunState.TIMEOUT, "too slow") if entry.state is RunState.DONE else entry
         for entry in newer.rows
     )
-    publish(replace(newer, rows=rows), boards)
+    publish(replace(newer, rows=rows), boards, unknown)
     assert (boards / "mine.md").read_text(encoding="utf-8") == before
 
 
 def test_published_runs_that_are_not_asked_for_any_more_are_counted(boards: Path, tmp_path: Path) -> None:
     """A suite that has become smaller, or another of the same name: nothing leaves a leaderboard in silence."""
     whole = board(tmp_path)
-    assert [publish(replace(whole, rows=whole.rows[1:]), boards).left_out for _ in range(2)] == [1, 0]
+    assert [publish(replace(whole, rows=whole.rows[1:]), boards, unknown).left_out for _ in range(2)] == [1, 0]
 
 
 def test_a_full_disk_leaves_the_published_files_as_they_were(
@@ -181,7 +197,7 @@ def test_a_full_disk_leaves_the_published_files_as_they_were(
     monkeypatch.setattr(Path, "write_bytes", write_half)
     smaller = board(tmp_path)
     with pytest.raises(UsageError, match="No space left"):
-        publish(replace(smaller, rows=smaller.rows[1:]), boards)
+        publish(replace(smaller, rows=smaller.rows[1:]), boards, unknown)
     assert {path: path.read_bytes() for path in boards.iterdir()} == before
 
 

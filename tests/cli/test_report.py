@@ -13,6 +13,7 @@ import pytest
 from tests.cli.conftest import ROOT, Command
 from tests.conformance.cells import cell
 from tests.render.filmed import needs_drawing
+from tests.report.boards import unknown
 from tests.report.content import add_ended
 from zoobench.cell.problem import Problem
 from zoobench.db.rows import Ending, FinalRow, RunState
@@ -73,8 +74,8 @@ def test_the_best_robots_of_leaderboards_are_shown(zoobench: Command, tmp_path: 
     attempts = (Attempt(0.0, 1.0, False, {}),)
     solved = BoardRow(problem.spec, RunState.DONE, finals=finals, attempts=attempts, solution=tuple(params.tolist()))
     unsolved = replace(solved, spec=cell(environment="ice", fidelity="draft", frames=4), solution=None)
-    publish(Leaderboard("mine", "mine", "a test", (unsolved, solved)), tmp_path / "boards")
-    publish(Leaderboard("yours", "yours", "another test", (solved,)), tmp_path / "boards")
+    publish(Leaderboard("mine", "mine", "a test", (unsolved, solved)), tmp_path / "boards", unknown)
+    publish(Leaderboard("yours", "yours", "another test", (solved,)), tmp_path / "boards", unknown)
     reply = zoobench("report", "--from", "boards", "--stills", "3", "-o", "shown.html")
     assert reply.code == 0, reply.err
     text = (tmp_path / "shown.html").read_text(encoding="utf-8")

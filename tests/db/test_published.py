@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.report.boards import unknown
 from tests.report.content import add_ended, make_spec
 from zoobench.db import published
 from zoobench.db.rows import Ending, FinalRow, RunState
@@ -37,7 +38,7 @@ def _board(path: Path, scores: list[float], specs: list[RunSpec] = SPECS, name: 
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder of leaderboards, with one, that this process takes for that of the package."""
     found = tmp_path / "boards"
-    publish(_board(tmp_path / "runs.db", list(SCORES.values())), found)
+    publish(_board(tmp_path / "runs.db", list(SCORES.values())), found, unknown)
     monkeypatch.setattr(published, "folder", lambda: found)
     return found
 
@@ -94,7 +95,7 @@ def test_the_best_of_several_boards_is_the_best_by_score_where_scores_compare(
 ) -> None:
     """The board `a` has 3 m/s and `z` 1 m/s; what does not compare is chosen by versions, grid and length."""
     for board, spec, score in (("a", LEFT, 3.0), ("z", right, 1.0)):
-        publish(_board(tmp_path / f"{board}.db", [score], [spec], board), tmp_path / "boards")
+        publish(_board(tmp_path / f"{board}.db", [score], [spec], board), tmp_path / "boards", unknown)
     monkeypatch.setattr(published, "folder", lambda: tmp_path / "boards")
     assert published.named(NAME).board == chosen
     for board in ("a", "z"):
@@ -105,10 +106,10 @@ def test_what_tears_on_a_finer_grid_is_taken_only_if_there_is_no_other(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Though its score is higher."""
-    publish(_board(tmp_path / "a.db", [1.0], [LEFT], "a"), tmp_path / "boards")
+    publish(_board(tmp_path / "a.db", [1.0], [LEFT], "a"), tmp_path / "boards", unknown)
     torn = _board(tmp_path / "z.db", [3.0], [replace(LEFT, seed=7)], "z")
     torn = replace(torn, rows=tuple(replace(row, finer=FinerScore(FINE, None)) for row in torn.rows))
-    publish(torn, tmp_path / "boards")
+    publish(torn, tmp_path / "boards", unknown)
     monkeypatch.setattr(published, "folder", lambda: tmp_path / "boards")
     assert published.named(NAME).board == "a"
     assert published.named("best:z/desert/turning/caterpillar").tears

@@ -31,3 +31,7 @@ def board(folder: Path) -> Leaderboard:
     path = folder / "board.db"
     with Store(path if path.exists() else fill(path), create=False) as store:
         return gather(store, "mine", "mine.yaml", "a test of pages", asked())
+
+
+def unknown(*place: object) -> None:
+    """The orders that are known of a fidelity: none."""

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.report.boards import unknown
 from tests.report.content import add_done, make_spec
 from zoobench.db.rows import TRANSFER, StudyRow
 from zoobench.db.store import Store
@@ -54,12 +55,12 @@ def _board(path: Path, finer: dict[int, float | None], **elsewhere: str) -> Lead
 def test_the_page_says_whether_the_order_stands(tmp_path: Path, finer: dict[int, float | None], line: str) -> None:
     """By the best solution of each method, whatever others do; a winner that does not win there is marked."""
     board = _board(tmp_path / "runs.db", finer)
-    text = markdown_page(board)
+    text = markdown_page(board, unknown)
     assert line in text
     assert "### On a finer grid: fine" in text
     assert (" §** |" in text) == ("- overturned: § wins here" in text) == line.endswith("another |")
     assert f"in {int(line.endswith('stands |'))} of 1 pairs." in text
-    assert markdown_page(from_text(to_text(board), "mine.json")) == text
+    assert markdown_page(from_text(to_text(board), "mine.json"), unknown) == text
 
 
 def test_nothing_is_said_of_what_was_not_evaluated(tmp_path: Path) -> None:
@@ -67,7 +68,7 @@ def test_nothing_is_said_of_what_was_not_evaluated(tmp_path: Path) -> None:
     for number, (finer, elsewhere) in enumerate(
         [({1: 2.0}, {}), ({1: 2.0, 4: 3.0}, {"fidelity": COARSE}), ({1: 2.0, 4: 3.0}, {"env": "ice-v1"})]
     ):
-        text = markdown_page(_board(tmp_path / f"{number}.db", finer, **elsewhere))
+        text = markdown_page(_board(tmp_path / f"{number}.db", finer, **elsewhere), unknown)
         assert "finer grid" not in text
         assert "§" not in text
 
@@ -85,10 +86,10 @@ def test_of_several_grids_the_finest_counts(tmp_path: Path) -> None:
 def test_of_one_grid_the_score_with_more_particles_counts(tmp_path: Path) -> None:
     """Where a robot tore with fewer; it is marked, and the mark explained."""
     board = _board(tmp_path / "runs.db", {1: None, 4: 0.9})
-    assert "°" not in markdown_page(board)
+    assert "°" not in markdown_page(board, unknown)
     with Store(tmp_path / "runs.db") as store:
         list(store.save_study(TRANSFER, [_row(store, 1, 2.7, DENSE), _row(store, 1, None)], provenance={}))
-        text = markdown_page(gather(store, "mine", "mine", "a test", [(spec, None) for spec in SPECS]))
+        text = markdown_page(gather(store, "mine", "mine", "a test", [(spec, None) for spec in SPECS]), unknown)
     assert "| 3 → 2.7 (90%) ° | 1.1 → 0.9 (82%) | stands |" in text
     assert "°: the robot tore there" in text
     assert "### On a finer grid: fine\n" in text
@@ -100,7 +101,7 @@ def test_every_table_names_its_own_finer_grid(tmp_path: Path) -> None:
     own, finer = Ref.parse("standard-v2[grid_spacing=0.0075]"), Ref.parse("reference-v2[grid_spacing=0.004]")
     others = [replace(row, spec=replace(row.spec, fidelity=own)) for row in board.rows]
     others = [replace(row, finer=replace(row.finer, fidelity=finer) if row.finer else None) for row in others]
-    text = markdown_page(replace(board, rows=(*board.rows, *others)))
+    text = markdown_page(replace(board, rows=(*board.rows, *others)), unknown)
     assert text.count("### On a finer grid: fine\n") == text.count("### On a finer grid: reference\n") == 1
 
 

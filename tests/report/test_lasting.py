@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.report.boards import unknown
 from tests.report.content import add_done, add_ended, make_spec
 from zoobench.db.rows import LASTING, Ending, FinalRow, RunState, StudyRow
 from zoobench.db.store import Store
@@ -61,12 +62,12 @@ def test_tables_have_a_column_of_what_lasts(tmp_path: Path) -> None:
     """In the page, its HTML and the CSV, of the best solution of each method; the export keeps it."""
     known = {1: LASTS, 2: replace(LASTS, score=0.1), 4: replace(LASTS, score=None, end="torn in frame 7")}
     board = _board(tmp_path / "runs.db", known)
-    text = markdown_page(board)
+    text = markdown_page(board, unknown)
     assert "| 3x |" in text
     assert "| 50% / torn in frame 7 |" in text
     assert "- lasting: 3x: share of its score that the best solution of each method" in text
-    assert markdown_page(from_text(to_text(board), "mine.json")) == text
-    lines = list(csv.DictReader(io.StringIO(csv_page(board))))
+    assert markdown_page(from_text(to_text(board), "mine.json"), unknown) == text
+    lines = list(csv.DictReader(io.StringIO(csv_page(board, unknown))))
     told = [(line["lasting_frames"], line["lasting_score"], line["lasting_end"]) for line in lines]
     assert told == [("30", "1.5", ""), ("30", "", "torn in frame 7")]
     shown = page([section_of(board, lambda *_: None)], [], lambda *_: None, "zoobench report")
@@ -80,8 +81,8 @@ def test_an_export_of_before_goes_on_being_read(tmp_path: Path) -> None:
     assert "lasting" not in text
     board = from_text(text, "mine.json")
     assert board.rows[0].lasting is None
-    assert "3x" not in markdown_page(board)
-    assert "- walls: whether it met one is not known of 4 of 4 runs" in markdown_page(board)
+    assert "3x" not in markdown_page(board, unknown)
+    assert "- walls: whether it met one is not known of 4 of 4 runs" in markdown_page(board, unknown)
 
 
 def test_what_lasts_outlives_its_database(tmp_path: Path) -> None:
@@ -110,17 +111,17 @@ def test_a_number_that_is_none_is_refused(tmp_path: Path) -> None:
 def test_nobody_wins_at_a_wall(tmp_path: Path, is_old: bool) -> None:
     """The cell has a mark that is explained; of an old run the longer episode may tell."""
     far = dict.fromkeys(range(1, 5), 9.0)
-    assert "**3 ± " not in markdown_page(_board(tmp_path / "far.db", {}))
+    assert "**3 ± " not in markdown_page(_board(tmp_path / "far.db", {}), unknown)
     winner = "**2.95 ± 0.64**"
-    assert winner in markdown_page(_board(tmp_path / "near.db", {}, far))
+    assert winner in markdown_page(_board(tmp_path / "near.db", {}, far), unknown)
     near = replace(LASTS, home_gap=2.9)
     board = _board(tmp_path / "runs.db", {1: near} if is_old else {}, {} if is_old else {**far, 1: 2.9})
-    text = markdown_page(board)
+    text = markdown_page(board, unknown)
     assert winner not in text
     assert "| 2.95 ± 0.64 ‖ |" in text
     assert "- walls: ‖ a robot came within 3 cells of a side of its arena" in text
     assert text.count("not known of 3 of 4 runs") == int(is_old)
-    assert next(csv.DictReader(io.StringIO(csv_page(board))))["wall_gap"] == "2.9"
+    assert next(csv.DictReader(io.StringIO(csv_page(board, unknown))))["wall_gap"] == "2.9"
 
 
 def test_the_best_of_a_row_keeps_away_from_walls(tmp_path: Path) -> None:

@@ -8,21 +8,23 @@ from pathlib import Path
 
 import pytest
 
-from tests.report.boards import CMAES, asked, board
+from tests.report.boards import CMAES, asked, board, unknown
+from tests.report.test_undecided import Known
 from zoobench.db.rows import RunState
 from zoobench.report.leaderboard_export import from_text, to_text
 from zoobench.report.leaderboard_pages import csv_page, first_difference, markdown_page, pages
+from zoobench.spec import Ref
 
 
 def test_pages_are_a_function_of_the_export(tmp_path: Path) -> None:
     """What is made from the JSON is what was made from the database."""
     found = board(tmp_path)
-    assert pages(from_text(to_text(found), "mine.json")) == pages(found)
+    assert pages(from_text(to_text(found), "mine.json"), unknown) == pages(found, unknown)
 
 
 def test_the_page_shows_what_is_missing_and_why_others_have_no_score(tmp_path: Path) -> None:
     """Counts, missing cells, the row that is wholly missing left out, reasons, origin; the smoke run is nowhere."""
-    text = markdown_page(board(tmp_path))
+    text = markdown_page(board(tmp_path), unknown)
     assert text.startswith("# mine\n\nA test of pages.\n")
     assert "- Runs: 1 queued, 1 running, 8 done, 1 failed, 1 diverged, 1 skipped, 15 missing, of 28;" in text
     assert "- Rows (environment, task, design): 2 of 3; the others have no run yet." in text
@@ -38,10 +40,32 @@ def test_the_page_shows_what_is_missing_and_why_others_have_no_score(tmp_path: P
     assert text.endswith("- made by: zoobench leaderboard publish mine.yaml leaderboards\n")
 
 
+def test_the_page_says_which_animals_its_level_cannot_rank(tmp_path: Path) -> None:
+    """Below their table, where no order of two is known or these are nearer; methods that are too near have a mark."""
+    found = board(tmp_path)
+    pandas = [replace(run, spec=replace(run.spec, design=Ref("panda", 1))) for run in found.rows]
+    both = replace(found, rows=(*found.rows, *pandas))
+    text = markdown_page(both, unknown)
+    table, note = text.split("\n\n- no order of two bodies is known at draft: desert; ice\n")
+    assert table.splitlines()[-1].startswith("| ice |")
+    assert note.startswith("\n## Without a score")
+
+    def orders(*place: object) -> Known:
+        return Known(20.0)
+
+    text = markdown_page(both, orders)
+    assert "draft tells the order of two bodies above a ratio of 20 (measured on baby-seal, panda), not that of" in text
+    assert "| 0.1010 ± 0.0025 ‡ |" in text
+    told = {
+        line["undecided"] for line in csv.DictReader(io.StringIO(csv_page(both, orders))) if line["mean"] == "0.101"
+    }
+    assert told == {"True"}
+
+
 def test_a_leaderboard_without_a_run_is_a_short_page(tmp_path: Path) -> None:
     """Nothing is done: no table, no commands, no origin."""
     found = board(tmp_path)
-    text = markdown_page(type(found)("mine", "mine", "a test", tuple(type(e)(e.spec) for e in found.rows)))
+    text = markdown_page(type(found)("mine", "mine", "a test", tuple(type(e)(e.spec) for e in found.rows)), unknown)
     assert "- Runs: 28 missing, of 28; 0 s of computing." in text
     assert "##" not in text
 
@@ -49,7 +73,7 @@ def test_a_leaderboard_without_a_run_is_a_short_page(tmp_path: Path) -> None:
 def test_a_complete_leaderboard_says_so(tmp_path: Path) -> None:
     """Nothing is said to be left where every run is done."""
     found = board(tmp_path)
-    text = markdown_page(replace(found, rows=tuple(run for run in found.rows if run.state is RunState.DONE)))
+    text = markdown_page(replace(found, rows=tuple(run for run in found.rows if run.state is RunState.DONE)), unknown)
     assert "- Runs: 8 done, of 8;" in text
     assert "- Rows (environment, task, design): 2 of 2.\n" in text
     assert "what is left" not in text
@@ -57,7 +81,7 @@ def test_a_complete_leaderboard_says_so(tmp_path: Path) -> None:
 
 def test_the_csv_has_a_line_for_every_cell_of_the_rows_that_have_a_run(tmp_path: Path) -> None:
     """Six cells, two of them missing; the row of snow, which has none, is left out, and what cannot be is no cell."""
-    rows = list(csv.DictReader(io.StringIO(csv_page(board(tmp_path)))))
+    rows = list(csv.DictReader(io.StringIO(csv_page(board(tmp_path), unknown))))
     assert len(rows) == 6
     by_name = {(row["env"].partition("-")[0], row["method"]): row for row in rows}
     assert {by_name[env, CMAES]["missing"] for env, _ in by_name} == {"3"}
@@ -68,7 +92,7 @@ def test_the_csv_has_a_line_for_every_cell_of_the_rows_that_have_a_run(tmp_path:
 
 def test_computed_numbers_have_nine_digits(tmp_path: Path) -> None:
     """The last ones of an interval come from a library, and the file is compared byte for byte."""
-    rows = csv.DictReader(io.StringIO(csv_page(board(tmp_path))))
+    rows = csv.DictReader(io.StringIO(csv_page(board(tmp_path), unknown)))
     texts = [row[name] for row in rows for name in ("mean", "low", "high") if row[name]]
     assert len(texts) == 7, "three means, two with an interval"
     assert all(len(text.lstrip("-0.").replace(".", "")) <= 9 for text in texts)
@@ -76,7 +100,7 @@ def test_computed_numbers_have_nine_digits(tmp_path: Path) -> None:
 
 def test_every_row_has_the_command_that_repeats_it(tmp_path: Path) -> None:
     """A cell's names all settings and seeds in the CSV, a row's the methods that were run in the Markdown."""
-    first = next(csv.DictReader(io.StringIO(csv_page(board(tmp_path)))))
+    first = next(csv.DictReader(io.StringIO(csv_page(board(tmp_path), unknown))))
     words = shlex.split(first["repeat"])
     spec = next(spec for spec, _ in asked() if str(spec.method) == CMAES)
     options = dict(zip(words[2::2], words[3::2], strict=True))
@@ -85,7 +109,9 @@ def test_every_row_has_the_command_that_repeats_it(tmp_path: Path) -> None:
     assert options["--seeds"] == "0,1,2"
     assert options["--budget"] == str(spec.budget)
     assert {f"--{axis}" for axis in ("env", "task", "design", "controller", "fidelity", "frames")} < set(options)
-    commands = [line for line in markdown_page(board(tmp_path)).splitlines() if line.startswith("zoobench run --env")]
+    commands = [
+        line for line in markdown_page(board(tmp_path), unknown).splitlines() if line.startswith("zoobench run --env")
+    ]
     assert len(commands) == 2
     assert all("'diffphysics-v2[lr=0.1],random-v1'" in command for command in commands)
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.report.boards import unknown
 from tests.report.content import add_done, make_spec
 from zoobench.db.rows import RunState
 from zoobench.db.store import Store
@@ -62,9 +63,9 @@ def test_pages_of_leaderboards_say_so_below_the_tables(spec: object, count: int)
     """Once, and only where a row is concerned; the CSV has a column."""
     assert isinstance(spec, type(LAND))
     board = Leaderboard("mine", "mine", "a test", (BoardRow(spec, RunState.FAILED, "broken"),))
-    text = markdown_page(board)
+    text = markdown_page(board, unknown)
     assert text.count("is provisional: ") == count
     assert text.count("[at the end](#origin)") == count
     assert not count or text.index("is provisional: ") > text.index("## Score")
-    (row,) = csv.DictReader(io.StringIO(csv_page(board)))
+    (row,) = csv.DictReader(io.StringIO(csv_page(board, unknown)))
     assert row["provisional"] == str(bool(count))

@@ -34,15 +34,18 @@ leaderboard = App(no_args_is_help=True, help="Show, publish and check the result
 @leaderboard.command("show")
 def show(suite: SuiteArgument, db: DatabaseOption = DEFAULT_DATABASE, form: FormatOption = Format.TABLE) -> None:
     """Print the tables of a suite and the number of its missing runs."""
+    from zoobench.accuracy.tolerance import orders
     from zoobench.report.footer import footer
-    from zoobench.report.leaderboard_pages import tables_of, without_empty_rows
+    from zoobench.report.leaderboard_pages import judged, tables_of
+    from zoobench.report.undecided import footnotes
 
     board = _board_of(suite, db)
     every = tables_of(board)
-    tables = without_empty_rows(every)
+    tables = judged(every, orders)
     command = ["zoobench", "leaderboard", "show", suite, "--format", str(form)]
     origins = board.attempts(run for table in tables for run in table.runs)
-    print_tables(tables, footer(tables, origins, command), form, TableStyle())
+    foot = replace(footer(tables, origins, command), undecided=footnotes(tables, orders))
+    print_tables(tables, foot, form, TableStyle())
     left_out = sum(len(table.rows) for table in every) - sum(len(table.rows) for table in tables)
     say(f"{len(board.missing()):,} runs of the suite are missing; {left_out:,} rows without any run are not shown.")
 
@@ -100,6 +103,7 @@ def _lengthen(suite: str, db: str) -> None:
 
 def _lengthen_published(suite: str, folder: Path) -> None:
     """The same with the solutions that the folder's export of a suite holds, whose pages are written anew."""
+    from zoobench.accuracy.tolerance import orders
     from zoobench.report import leaderboard_files
     from zoobench.report.lasting import TIMES, Lasting
     from zoobench.studies.lasting_study import lasting
@@ -115,7 +119,7 @@ def _lengthen_published(suite: str, folder: Path) -> None:
                 steps.end(f"Left out: {where}: {error}")
                 continue
             board = board.with_row(replace(row, lasting=Lasting.from_document(asdict(found))))
-            leaderboard_files.write(board, folder)
+            leaderboard_files.write(board, folder, orders)
             steps.end(f"{where} over {found.frames} frames: {found.result}")
     _note_report(folder)
 
@@ -172,9 +176,10 @@ def publish(
     An existing leaderboard is updated: runs that only its earlier export has are kept. The .json file is the export of
     all results. The .csv and .md pages are generated from it.
     """
+    from zoobench.accuracy.tolerance import orders
     from zoobench.report import leaderboard_files
 
-    written = leaderboard_files.publish(_board_of(suite, db), folder)
+    written = leaderboard_files.publish(_board_of(suite, db), folder, orders)
     if count := written.left_out:
         runs = "1 run" if count == 1 else f"{count:,} runs"
         say(f"Left out: {runs} of the earlier export, no longer part of the suite")
@@ -190,9 +195,10 @@ def check(folder: Annotated[Path, Argument(help="Folder of the leaderboards.")] 
     Every page is generated again from its export and compared byte for byte; of index.html only the source is compared.
     The first differing line of each file is printed. Exit code 1 if a file differs.
     """
+    from zoobench.accuracy.tolerance import orders
     from zoobench.report.leaderboard_files import differences, exports_of
 
-    found = differences(folder)
+    found = differences(folder, orders)
     for difference in found:
         say(difference)
     if found:
@@ -206,9 +212,10 @@ def rebuild(folder: Annotated[Path, Argument(help="Folder of the leaderboards.")
 
     Use it after an update of zoobench that changes the pages. No result changes.
     """
+    from zoobench.accuracy.tolerance import orders
     from zoobench.report import leaderboard_files
 
-    written = leaderboard_files.rebuild(folder)
+    written = leaderboard_files.rebuild(folder, orders)
     for path in written:
         say(f"Written: {path}")
     if not written:

@@ -9,6 +9,7 @@ from zoobench.files import replace_files
 from zoobench.report.leaderboard import Leaderboard
 from zoobench.report.leaderboard_export import from_text
 from zoobench.report.leaderboard_pages import first_difference, pages
+from zoobench.report.undecided import OrdersOf
 
 INDEX = "index.html"
 """The report of a folder's leaderboards."""
@@ -32,7 +33,7 @@ class Publication:
     left_out: int
 
 
-def publish(board: Leaderboard, folder: Path) -> Publication:
+def publish(board: Leaderboard, folder: Path, orders_of: OrdersOf) -> Publication:
     """Write the export and the pages made from it; runs that only the folder's export has stay in it.
 
     So a leaderboard grows over machines and databases: a run's key holds every setting and version, and its attempts
@@ -47,16 +48,16 @@ def publish(board: Leaderboard, folder: Path) -> Publication:
         earlier = from_text(_content(export), str(export))
         left_out = len(board.unasked(earlier))
         board = board.completed(earlier)
-    return Publication(write(board, folder), left_out)
+    return Publication(write(board, folder, orders_of), left_out)
 
 
-def write(board: Leaderboard, folder: Path) -> tuple[Path, ...]:
+def write(board: Leaderboard, folder: Path, orders_of: OrdersOf) -> tuple[Path, ...]:
     """Write the export of a leaderboard and the pages made from it in place of those that the folder has; their paths.
 
     Raises:
         UsageError: the folder cannot be written.
     """
-    written = {folder / f"{board.name}{ending}": text.encode() for ending, text in pages(board).items()}
+    written = {folder / f"{board.name}{ending}": text.encode() for ending, text in pages(board, orders_of).items()}
     try:
         replace_files(written, make_folders=True)
     except OSError as error:
@@ -78,14 +79,18 @@ def read_export(folder: Path, name: str) -> Leaderboard:
     return from_text(_content(found[name]), str(found[name]))
 
 
-def rebuild(folder: Path) -> list[Path]:
+def rebuild(folder: Path, orders_of: OrdersOf) -> list[Path]:
     """Write every page of a folder anew from its export; the paths of those that were not so.
 
     Raises:
         UsageError: there is no export, one cannot be read, or a page cannot be written.
     """
     boards = {path: from_text(_content(path), str(path)) for path in exports_of(folder)}
-    made = {path.with_suffix(ending): text for path, board in boards.items() for ending, text in pages(board).items()}
+    made = {
+        path.with_suffix(ending): text
+        for path, board in boards.items()
+        for ending, text in pages(board, orders_of).items()
+    }
     changed = {path: text for path, text in made.items() if not path.exists() or _content(path) != text}
     try:
         replace_files({path: text.encode() for path, text in changed.items()})
@@ -128,7 +133,7 @@ def exports_of(folder: Path) -> list[Path]:
     return found
 
 
-def differences(folder: Path) -> list[str]:
+def differences(folder: Path, orders_of: OrdersOf) -> list[str]:
     """The differences between the pages of a folder and those rebuilt from its exports, byte for byte.
 
     A report in their folder (`INDEX`) must have been made from the same exports. Of every other file the first
@@ -139,15 +144,15 @@ def differences(folder: Path) -> list[str]:
     """
     exports = exports_of(folder)
     alone = sorted(path for path in folder.glob("*.csv") if path.with_suffix(".json") not in exports)
-    found = [difference for path in exports for difference in _of_export(path)]
+    found = [difference for path in exports for difference in _of_export(path, orders_of)]
     if is_behind(folder):
         found.append(f"{folder / INDEX} was made from other exports; `{index_command(folder)}` writes it anew")
     return [*found, *(f"{page} has no export {page.with_suffix('.json').name}" for page in alone)]
 
 
-def _of_export(export: Path) -> list[str]:
+def _of_export(export: Path, orders_of: OrdersOf) -> list[str]:
     found = []
-    for ending, rebuilt in pages(from_text(_content(export), str(export))).items():
+    for ending, rebuilt in pages(from_text(_content(export), str(export)), orders_of).items():
         page = export.with_suffix(ending)
         if not page.exists():
             found.append(f"{page} is missing")

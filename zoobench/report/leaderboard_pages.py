@@ -1,4 +1,4 @@
-"""The pages of a leaderboard, Markdown and CSV: a pure function of its export."""
+"""The pages of a leaderboard, Markdown and CSV: a pure function of its export, and of the orders that are known."""
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
@@ -20,9 +20,11 @@ from zoobench.report.foreign_text import in_markdown, visible
 from zoobench.report.leaderboard import MISSING, BoardRow, Leaderboard
 from zoobench.report.leaderboard_export import to_text
 from zoobench.report.listing import Listing, to_csv, to_markdown
-from zoobench.report.provisional import MARK, footnotes
+from zoobench.report.provisional import MARK
+from zoobench.report.provisional import footnotes as provisional_notes
 from zoobench.report.table_forms import long_listing, table_listing
 from zoobench.report.tables import Table, repeat_commands, score_tables
+from zoobench.report.undecided import OrdersOf, footnotes, mark_undecided
 from zoobench.report.views import duration, reasons_listing
 from zoobench.spec import AXES, Budget, repeat_command
 
@@ -32,9 +34,9 @@ _DIGITS = 9
 _COMPUTED = ("mean", "low", "high", "normalised")
 
 
-def pages(board: Leaderboard) -> dict[str, str]:
+def pages(board: Leaderboard, orders_of: OrdersOf) -> dict[str, str]:
     """The content of the files by their ending."""
-    return {".json": to_text(board), ".csv": csv_page(board), ".md": markdown_page(board)}
+    return {".json": to_text(board), ".csv": csv_page(board, orders_of), ".md": markdown_page(board, orders_of)}
 
 
 def tables_of(board: Leaderboard) -> list[Table]:
@@ -52,13 +54,18 @@ def without_empty_rows(tables: Iterable[Table]) -> list[Table]:
     return [table for table in kept if table.rows]
 
 
-def csv_page(board: Leaderboard) -> str:
+def judged(tables: Iterable[Table], orders_of: OrdersOf) -> list[Table]:
+    """The tables without empty rows, with marks at differences that the fidelity cannot decide."""
+    return mark_undecided(without_empty_rows(tables), orders_of)
+
+
+def csv_page(board: Leaderboard, orders_of: OrdersOf) -> str:
     """A line for every cell of the rows that have a run, with the reasons why runs have no score, and the command that
     repeats the cell."""
     cells: dict[tuple[str, ...], list[BoardRow]] = {}
     for run in board.rows:
         cells.setdefault(run.spec.cell(), []).append(run)
-    listing = long_listing(without_empty_rows(tables_of(board)))
+    listing = long_listing(judged(tables_of(board), orders_of))
     rows = []
     for record in (dict(zip(listing.columns, row, strict=True)) for row in listing.rows):
         runs = cells[_cell_of(record)]
@@ -68,10 +75,10 @@ def csv_page(board: Leaderboard) -> str:
     return to_csv(Listing((*listing.columns, "reasons", "repeat"), tuple(rows))) + "\n"
 
 
-def markdown_page(board: Leaderboard) -> str:
-    """The page for reading: tables, runs without a score, commands, origin."""
+def markdown_page(board: Leaderboard, orders_of: OrdersOf) -> str:
+    """The page for reading: tables and what their fidelity cannot decide, runs without a score, commands, origin."""
     every = tables_of(board)
-    tables = without_empty_rows(every)
+    tables = judged(every, orders_of)
     lines = [
         f"# {board.name}",
         "",
@@ -81,6 +88,8 @@ def markdown_page(board: Leaderboard) -> str:
     ]
     for part in (part for table in tables for part in table.parts()):
         lines += ["", f"## {in_markdown(part.title)}", "", to_markdown(table_listing(part))]
+        if notes := footnotes([part], orders_of):
+            lines += ["", *(f"- {in_markdown(note)}" for note in notes)]
         lines += _confirmation_lines(part, board)
     if lost := _without_score(board.rows):
         lines += ["", "## Without a score", "", to_markdown(reasons_listing(lost))]
@@ -125,7 +134,7 @@ def _state_lines(board: Leaderboard, every: Sequence[Table], shown: Sequence[Tab
         lines.append("- `missing`: the suite asks for it and it was not run. Nobody wins a row that lacks something.")
     if any(counts[state] for state in (MISSING, RunState.QUEUED, RunState.RUNNING)):
         lines.append(f"- `zoobench run --suite {board.source}` executes the remaining runs.")
-    if footnotes(row.env for table in shown for row in table.rows):
+    if provisional_notes(row.env for table in shown for row in table.rows):
         lines.append(f"- {MARK} marks provisional environments; the reasons stand [at the end](#origin).")
     return lines
 

@@ -10,11 +10,11 @@ from zoobench.report.cells import Cell
 from zoobench.report.entries import is_external
 from zoobench.report.footer import Footer
 from zoobench.report.leaderboard import Leaderboard
-from zoobench.report.leaderboard_pages import footer_of, tables_of, without_empty_rows
+from zoobench.report.leaderboard_pages import footer_of, judged, tables_of
 from zoobench.report.learning_curves import LearningCurve
 from zoobench.report.run_results import RunResult
 from zoobench.report.tables import Table, place_of
-from zoobench.report.undecided import OrdersOf, footnotes, mark_undecided
+from zoobench.report.undecided import OrdersOf, footnotes
 from zoobench.spec import Ref, RunSpec
 
 MOST_ROWS, MOST_RUNS = 200, 2_500
@@ -92,7 +92,7 @@ class Section:
 
 def section_of(board: Leaderboard, orders_of: OrdersOf) -> Section:
     """A leaderboard as a section; rows without any run are left out."""
-    tables, left_out = fitted(mark_undecided(without_empty_rows(tables_of(board)), orders_of))
+    tables, left_out = fitted(judged(tables_of(board), orders_of))
     summary = f"{board.summary[:1].upper()}{board.summary[1:]}."
     results = results_in(tables, board.results()) if left_out else board.results()
     missing, foot = len(board.missing()), replace(footer_of(board, tables), undecided=footnotes(tables, orders_of))
