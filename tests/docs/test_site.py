@@ -82,3 +82,13 @@ def test_tables_of_pages_are_those_of_what_was_published() -> None:
     stale = [name for name in made["PAGES"] if (ROOT / name).read_text(encoding="utf-8") != made["page"](name)]
     assert not stale
     assert len(re.findall(r"<!-- tables.py: ", "".join(map(made["page"], made["PAGES"])))) >= 3
+
+
+@pytest.mark.parametrize("name", ["README.md", "docs/guide/results.md"])
+def test_the_rows_that_the_gradient_leads_are_counted(name: str) -> None:
+    """In the sentence on what lasts as in the table."""
+    text = (ROOT / name).read_text(encoding="utf-8")
+    (table,) = re.findall(r"<!-- tables.py: speeds -->\n\n.*?\n.*?\n(.*?)\n<!-- end -->", text, re.DOTALL)
+    rows = table.splitlines()
+    leads = sum("(gradient)" in row for row in rows)
+    assert f"fastest in {leads} of {len(rows)} rows" in text.replace("\n", " ")
