@@ -136,13 +136,13 @@ def _pushed(cells: int) -> tuple[float, float, float]:
         return np.array(places), np.array(speeds)
 
     go(0.2, 0.25)
-    pushed, _ = go(0.2, 0.15)
+    way, _ = go(0.2, 0.15)
     _, speeds = go(0.0, 0.1)
     slides = speeds[: int(np.argmax(speeds < 0.05))]  # from then on it may stand, and swings back
     braking = -float(np.polyfit(rig.dt * np.arange(len(slides)), slides, 1)[0])
     go(-0.2, 0.1)
     swings = [float(go(0.0, 0.25)[0].mean()) for _ in range(2)]
-    return (pushed[-1] - pushed[0]) / 0.15, braking, swings[1] - swings[0]
+    return (way[-1] - way[0]) / 0.15, braking, swings[1] - swings[0]
 
 
 @case("object-pushed", "v of the pusher; then μ g; then rest", "box of 4, 6 and 8 cells", precision=32, is_fast=False)
