@@ -30,7 +30,10 @@ TABLE_6 = {
     "shallow-water": ("water", 0.042, "high", "robot", False, "shallow"),
     "ocean": ("water", None, "", "robot", False, "deep"),
     "ocean[water=grid]": ("water", 0.15625, "", "robot", False, "deep"),
+    "ground[object=box]": ("none", None, "high", "robot, object", False, ""),  # and what the table does not have
 }
+
+ON_SAND = "desert[object=box]"
 
 
 def _studied(name: str) -> StudiedScene:
@@ -58,7 +61,7 @@ def test_coverage_follows_the_scene() -> None:
     low = replace(scene.robot, positions=scene.robot.positions * [1.0, 0.1, 1.0])
     assert coverage("any", replace(scene, robot=low)).fluid == "deep"
     assert coverage("any", replace(scene, medium=None)) == Coverage(
-        "any", "none", None, "high", 0.5, "robot", False, ""
+        "any", "none", None, "high", 0.5, "robot", False, "", ""
     )
 
 
@@ -70,7 +73,17 @@ def test_a_bed_on_hills_is_as_thick_as_on_the_level() -> None:
     assert (row.env, row.thickness) == (str(hilly), pytest.approx(BED_THICKNESS, rel=1e-6))
 
 
-@pytest.mark.parametrize("name", list(TABLE_6))
+def test_what_meets_the_robot_is_named() -> None:
+    """Objects and obstacles as in the scene, and a bed; without them the columns are as before."""
+    both = coverage("any", _studied("ground[object=box,object_gap=0.12,object_count=2,obstacle=post]").scene)
+    assert both.contact == "object, object-1, obstacle"
+    assert both.elasticity == "robot, object, object-1, obstacle"
+    assert coverage("any", _studied("desert").scene).contact == "medium"
+    on_sand = coverage("any", _studied(ON_SAND).scene)
+    assert (on_sand.contact, on_sand.elasticity) == ("object, medium", "robot, object, medium")
+
+
+@pytest.mark.parametrize("name", [*TABLE_6, ON_SAND])
 def test_a_pair_differs_in_its_effect_alone(name: str) -> None:
     """With it and without it have the same particles in the same places with the same masses."""
     fidelity = replace(_studied(name).fidelity, grid_spacing=1 / 32)
@@ -108,6 +121,7 @@ EFFECTS = {
     "shallow-water": EVERYWHERE | {"friction", "contact", "fluid"},
     "ocean": EVERYWHERE | {"fluid"},
     "ocean[water=grid]": EVERYWHERE | {"fluid"},
+    "ground[object=box]": EVERYWHERE | {"friction", "contact"},
 }
 
 

@@ -22,9 +22,10 @@ class Coverage:
         medium: the matter on the ground, or `none`.
         thickness: of the medium [m]; None without one, and without bounds.
         friction: `high`, `low` or empty; `friction_coefficient` [-] is the ground's, 0 without.
-        elasticity: `robot`, or `robot, medium`.
+        elasticity: what keeps its shape: `robot`, objects and obstacles by name, `medium`.
         plasticity: whether the medium yields.
         fluid: `deep` if the robot is immersed, else `shallow`; `mixed` if the medium yields too; empty without.
+        contact: what meets the robot with a velocity field of its own: objects and obstacles by name, `medium`.
     """
 
     env: str
@@ -35,14 +36,17 @@ class Coverage:
     elasticity: str
     plasticity: bool
     fluid: str
+    contact: str
 
 
 def coverage(name: str, scene: Scene) -> Coverage:
     """The row of a scene, from its effects, materials and particles."""
     medium, effects = scene.medium, scene.effects
+    things = [each.name for each in scene.objects]
+    elastic = ", ".join(["robot", *things])
     if scene.water is not None or scene.surface_water is not None:
         deep = scene.upper[1] - scene.lower[1] if scene.water is not None else None
-        return Coverage(name, "water", deep, "", 0.0, "robot", plasticity=False, fluid="deep")
+        return Coverage(name, "water", deep, "", 0.0, elastic, plasticity=False, fluid="deep", contact="")
     coefficient = scene.ground.friction if scene.ground and Effect.FRICTION in effects else 0.0
     fluid = ""
     if Effect.FLUID in effects and medium is not None:
@@ -54,9 +58,10 @@ def coverage(name: str, scene: Scene) -> Coverage:
         thickness=thickness(scene, medium) if medium else None,
         friction="high" if coefficient >= HIGH_FRICTION else "low" if coefficient > 0.0 else "",
         friction_coefficient=coefficient,
-        elasticity="robot, medium" if medium and not medium.material.is_liquid else "robot",
+        elasticity=f"{elastic}, medium" if medium and not medium.material.is_liquid else elastic,
         plasticity=Effect.PLASTICITY in effects,
         fluid=fluid,
+        contact=", ".join([*things, *(["medium"] if medium and medium.friction is not None else [])]),
     )
 
 

@@ -36,10 +36,10 @@ def pairs(scene: Scene) -> Iterator[Pair]:
         yield Pair(Effect.FRICTION, "friction 0", scene, replace(scene, ground=replace(scene.ground, friction=0.0)))
     if scene.water is not None or scene.surface_water is not None:
         yield Pair(Effect.FLUID, "no water", scene, replace(scene, water=None, surface_water=None))
-    if scene.medium is None:
-        return
     if Effect.CONTACT in scene.effects:
         yield Pair(Effect.CONTACT, "one velocity field", scene, stuck(scene))
+    if scene.medium is None:
+        return
     # off in both scenes, since muscles and damping would act on the elastic bed too, which has no field of its own
     rest = stuck(undamped(passive(scene)))
     elastic = all_elastic(rest)
@@ -54,8 +54,9 @@ def pairs(scene: Scene) -> Iterator[Pair]:
 
 
 def stuck(scene: Scene) -> Scene:
-    """The scene with one velocity field for robot and medium."""
-    return scene if scene.medium is None else replace(scene, medium=replace(scene.medium, friction=None))
+    """The scene with one velocity field for all matter, in which objects are passive parts of the robot."""
+    bed = None if scene.medium is None else replace(scene.medium, friction=None)
+    return replace(scene, robot=scene.elastic, objects=(), medium=bed)
 
 
 def passive(scene: Scene) -> Scene:
