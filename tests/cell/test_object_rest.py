@@ -77,6 +77,24 @@ def test_a_body_of_a_space_that_cannot_fails_alone() -> None:
     assert Incumbent.from_state(incumbent.state()).last_failure == evaluation.failure
 
 
+@pytest.mark.parametrize(
+    ("env", "task", "design", "most"),
+    [
+        ("ground[object=box]", "push", "caterpillar", 1e-3),
+        ("ground[object=ball]", "kick", "caterpillar", 1e-3),
+        ("ground[object=column,object_size=0.16]", "topple", "caterpillar", 1e-3),
+        # it bounces
+        ("ground[object=ball,object_gap=0.15,object_speed=0.6,object_speed_up=1.2]", "catch", "block", 4e-3),
+    ],
+)
+def test_a_robot_at_rest_scores_nothing(env: str, task: str, design: str, most: float) -> None:
+    """Less than what docs/guide/objects.md says [m, rad]: the object stays, but for one that is thrown."""
+    problem = Problem(cell(environment=env, task=task, design=design, frames=100, fidelity=DOUBLE))
+    evaluation = problem.evaluate(np.zeros(problem.parameter_count))
+    assert evaluation.failure is None
+    assert abs(evaluation.score) < most
+
+
 def test_a_thrown_object_flies_as_it_was_thrown(monkeypatch: pytest.MonkeyPatch) -> None:
     """From rest on the ground, once everything has come to rest: as high as g lets it, and as far in that time."""
     monkeypatch.setattr("zoobench.sim.rest.MOST_ROUNDS", 0)
