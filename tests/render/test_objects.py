@@ -5,6 +5,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from tests.conformance.cells import cell
 from tests.render.filmed import needs_drawing
@@ -97,6 +98,21 @@ def test_a_film_has_the_objects_at_every_moment(tmp_path: Path) -> None:
     write(shown, Destination(path, FilmFormat.NPZ), title="a title")
     with np.load(path) as arrays:
         np.testing.assert_array_equal(arrays["object"], shown.objects["object"])
+
+
+def test_a_series_of_files_has_the_objects(tmp_path: Path) -> None:
+    """A body of its own at every moment, behind the robot and without activation."""
+    pyvista = pytest.importorskip("pyvista")
+    shown, path = _film(), tmp_path / "film.pvd"
+    write(shown, Destination(path, FilmFormat.VTK), title="a title")
+    index = pyvista.get_reader(path)
+    for moment in range(len(shown.times)):
+        index.set_active_time_point(moment)
+        (cloud,) = index.read()
+        thing = cloud["body"] == 1
+        np.testing.assert_allclose(cloud.points[thing], shown.objects["object"][moment], atol=1e-6)
+        assert not cloud["is_robot"][thing].any()
+        assert not cloud["activation"][thing].any()
 
 
 def test_a_live_view_shows_the_objects_where_they_are() -> None:

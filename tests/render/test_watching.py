@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.conformance.cells import cell
-from tests.render.browser import skin_centres
+from tests.render.browser import node, skin_centres
 from zoobench.cell.free_cell import free_cell, with_gait
 from zoobench.cell.problem import Problem
 from zoobench.errors import UsageError
@@ -16,7 +16,8 @@ from zoobench.render.pace import Pace
 from zoobench.render.panel import Panel
 from zoobench.render.viewer import Viewer
 from zoobench.render.watching import Watched, watch
-from zoobench.spec import RunSpec
+from zoobench.spec import FRAME_SECONDS, RunSpec
+from zoobench.testing import DOUBLE
 
 BY_HAND = Watched(free_cell("ground", "movement-speed", "caterpillar", "smoke", 4), "by hand")
 
@@ -95,6 +96,24 @@ def test_an_episode_on_a_path_is_told_by_its_error(viewer: Viewer) -> None:
     noun, error, unit = told[1].split()
     assert (noun, unit) == ("error", "m")
     assert float(error) > 0.0
+
+
+def test_an_object_is_watched(viewer: Viewer, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One that is thrown goes on the page as fast as it does; the score of its task is told."""
+    monkeypatch.setattr(Viewer, "is_due", True)
+    env = "ground[object=box,object_gap=0.1,object_speed=0.5,object_ground_friction=0]"
+    thrown = free_cell(env, "push", "caterpillar", DOUBLE, 4)
+    places: list[np.ndarray] = []
+    told: list[str] = []
+
+    def look(_: int) -> None:
+        if viewer._world:
+            places.append(node(viewer, "object").vertices.mean(axis=0))
+
+    watch(viewer, lambda: Watched(thrown, "by hand"), told.append, _after(6, look))
+    ways = np.diff(places, axis=0)[:4, 0]
+    np.testing.assert_allclose(ways, -0.5 * FRAME_SECONDS, rtol=0.05)
+    assert [line[-2:] for line in told[1:]] == [" m"]
 
 
 def _trained(spec: RunSpec, params: np.ndarray) -> RunSpec:
