@@ -68,7 +68,7 @@ def write(
     * `png`: all moments on one sheet, row by row.
     * `npz`: the arrays of `Film` by name, its spec as JSON, names and labels of the body.
     * `vtk`: an index (.pvd, which ParaView opens) of a file for every moment, in a folder of the same name next to it:
-      all particles with `activation` and `is_robot`.
+      all particles with `activation`, `is_robot` and `body`, which is 0 for the robot, and objects before the medium.
 
     Args:
         title: at the top of every picture.
