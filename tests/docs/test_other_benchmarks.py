@@ -1,11 +1,15 @@
 """The page that says what stands for the tasks of other benchmarks."""
 
+import itertools
 import re
 from pathlib import Path
 
 import pytest
 
+from tests.conformance.cells import cell
 from zoobench import registry
+from zoobench.cell.scene_fault import scene_fault
+from zoobench.cell.task_fault import task_fault
 from zoobench.registry import Kind
 from zoobench.spec import Ref
 
@@ -15,15 +19,17 @@ STATED = [row for row in ROWS if "`" in row[1]]
 
 
 @pytest.mark.parametrize("row", STATED, ids=lambda row: row[0].strip())
-def test_what_stands_for_a_task_exists(row: list[str]) -> None:
-    """Environment, task and design with their parameters."""
+def test_what_stands_for_a_task_is_possible(row: list[str]) -> None:
+    """Environment, task and design exist with their parameters, and nothing in them is refused at `draft`."""
     environments, (task, *others) = re.findall("`([^`]+)`", row[1]), re.findall("`([^`]+)`", row[2])
-    for kind, names in ((Kind.ENV, environments), (Kind.TASK, [task])):
-        for name in names:
+    tasks = [task, *(name for name in others if name.startswith(task.partition("[")[0]))]
+    designs = [name for name in others if name not in tasks] or ["caterpillar"]
+    for env, task, design in itertools.product(environments, tasks, designs):
+        for kind, name in ((Kind.ENV, env), (Kind.TASK, task), (Kind.DESIGN, design)):
             registry.create(kind, Ref.parse(name))
-    for name in others:
-        kind = Kind.TASK if name.startswith(task.partition("[")[0]) else Kind.DESIGN
-        registry.create(kind, Ref.parse(name))
+        spec = cell(environment=env, task=task, design=design, fidelity="draft", frames=200)
+        assert not scene_fault(spec)
+        assert not task_fault(spec)
 
 
 def test_the_count_of_the_page_is_that_of_its_rows() -> None:
