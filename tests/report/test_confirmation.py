@@ -63,12 +63,19 @@ def test_the_page_says_whether_the_order_stands(tmp_path: Path, finer: dict[int,
     assert markdown_page(from_text(to_text(board), "mine.json"), unknown) == text
 
 
+def test_of_one_method_alone_the_score_is_told(tmp_path: Path) -> None:
+    """Without an order, which takes two."""
+    text = markdown_page(_board(tmp_path / "runs.db", {1: 2.7}), unknown)
+    assert "| 3 → 2.7 (90%) |  |  |" in text
+    assert "as it scores here → at fine.\n" in text
+    assert "order of the methods" not in text
+    assert "§" not in text
+
+
 def test_nothing_is_said_of_what_was_not_evaluated(tmp_path: Path) -> None:
-    """Of one method alone, on a coarser grid or in another environment."""
-    for number, (finer, elsewhere) in enumerate(
-        [({1: 2.0}, {}), ({1: 2.0, 4: 3.0}, {"fidelity": COARSE}), ({1: 2.0, 4: 3.0}, {"env": "ice-v1"})]
-    ):
-        text = markdown_page(_board(tmp_path / f"{number}.db", finer, **elsewhere), unknown)
+    """On a coarser grid or in another environment."""
+    for number, elsewhere in enumerate([{"fidelity": COARSE}, {"env": "ice-v1"}]):
+        text = markdown_page(_board(tmp_path / f"{number}.db", {1: 2.0, 4: 3.0}, **elsewhere), unknown)
         assert "finer grid" not in text
         assert "§" not in text
 

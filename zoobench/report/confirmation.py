@@ -54,8 +54,8 @@ def _lasting(cell: TableCell | None, known: Mapping[int, Lasting]) -> TableCell 
 
 
 def confirmation_listing(table: Table, rows: Sequence[BoardRow]) -> Listing:
-    """A line for each row of which several methods' best solutions were evaluated on a finer grid."""
-    chosen = [(row, found) for row in table.rows if len(found := _confirmed(row, rows)) > 1]
+    """A line for each row of which a method's best solution was evaluated on a finer grid; one alone has no order."""
+    chosen = [(row, found) for row in table.rows if (found := _confirmed(row, rows))]
     names = {axis: labels(getattr(row, axis) for row, _ in chosen) for axis in ("env", "task", "design")}
     names["env"] = marked(names["env"])
     names_of = entry_labels(table.entries)
@@ -65,7 +65,7 @@ def confirmation_listing(table: Table, rows: Sequence[BoardRow]) -> Listing:
         (
             *(names[axis][getattr(row, axis)] for axis in names),
             *(_text(found.get(place), quantity.sign) for place in range(len(table.entries))),
-            "stands" if _order(found, "home") == _order(found, "finer") else "another",
+            _stands(found) if len(found) > 1 else "",
         )
         for row, found in chosen
     )
@@ -118,6 +118,10 @@ def _marked(row: Row, rows: Sequence[BoardRow]) -> Row:
 def _order(found: Mapping[int, Confirmed], where: str) -> list[int]:
     """The methods from the best to the worst."""
     return sorted(found, key=lambda place: getattr(found[place], where), reverse=True)
+
+
+def _stands(found: Mapping[int, Confirmed]) -> str:
+    return "stands" if _order(found, "home") == _order(found, "finer") else "another"
 
 
 def _text(found: Confirmed | None, sign: float) -> str:

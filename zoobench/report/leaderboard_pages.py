@@ -145,13 +145,14 @@ def _confirmation_lines(table: Table, board: Leaderboard) -> list[str]:
     if not found.rows:
         return []
     where = ", ".join(finer_fidelities(board.rows[run - 1] for run in table.runs))
-    stands = sum(row[-1] == "stands" for row in found.rows)
+    orders = [row[-1] for row in found.rows if row[-1]]
     kept, count = kept_orders(table, board.rows)
-    text = (
-        f"The best solution of each method, as it scores here → at {where}. The order of the methods stands in "
-        f"{stands} of {len(found.rows)} rows, and that of any two of these solutions in one environment and task in "
-        f"{kept} of {count} pairs."
-    )
+    text = f"The best solution of each method, as it scores here → at {where}."
+    if orders:
+        text += (
+            f" The order of the methods stands in {orders.count('stands')} of {len(orders)} rows, and that of any two "
+            f"of these solutions in one environment and task in {kept} of {count} pairs."
+        )
     if any(str(cell).endswith(DENSE) for row in found.rows for cell in row):
         text += f"{DENSE}: the robot tore there, and was simulated with more particles in a cell."
     return ["", f"### On a finer grid: {where}", "", text, "", to_markdown(found)]
