@@ -1,7 +1,7 @@
 """Film published solutions: `python docs/films.py` writes docs/animals.gif and docs/manipulation.mp4.
 
-The first has three animals in three media, the second the best solutions of nine tasks with objects and obstacles.
-Four minutes of one core.
+The first has three animals in three media, the second the best solutions of eleven tasks of the suite `manipulation`.
+Five minutes of one core.
 """
 
 import json
@@ -36,8 +36,10 @@ MANIPULATIONS = (
     ("ceiling", "movement-speed", "caterpillar", "pass a ceiling"),
     ("slot", "movement-speed", "caterpillar", "pass a slot"),
     ("none", "reach", "arm", "reach a place"),
+    ("none", "jump", "panda", "jump"),
+    ("none", "shape", "caterpillar", "change the shape"),
 )
-"""Object or obstacle, task, design and title."""
+"""Object or obstacle, `none` for neither, task, design and title."""
 
 SLOWED = 4
 EVERY = 3  # frames from picture to picture
