@@ -28,6 +28,7 @@ PAGES = (
     "docs/accuracy-contact.md",
     "docs/accuracy-rest-frame.md",
     "docs/accuracy-judge.md",
+    "docs/accuracy-objects.md",
     "docs/guide/results.md",
     "docs/guide/results-bodies.md",
 )
@@ -179,6 +180,74 @@ def judge() -> str:
     )
 
 
+_EARLIER = {
+    ("object-slides", "way over the exact one"): ("box that slides: way over v² / 2 μ g", "1", "0.994"),
+    ("object-pushed", "speed over the pusher's"): (
+        "box that is pushed: speed over the pusher's", "1", "0.985 / 0.995 / 0.995",
+    ),
+    ("object-pushed", "way after the pusher has withdrawn"): (
+        "way after the pusher has withdrawn [mm]", "0", "0.05 to 0.15",
+    ),
+    ("object-collision", "change of momentum"): ("collision: change of momentum", "0", "1e-06"),
+    ("object-flies", "angular momentum over that at the start"): (
+        "spin in flight: angular momentum over the first", "1", "0.98 to 0.997 (0.5 s)",
+    ),
+    ("object-carried", "acceleration of the box"): (
+        "box carried on a back at 0.3 g, μ = 0.5: acceleration [g]", "0.3", "0.29 to 0.3",
+    ),
+    ("slip-on-back", "acceleration beyond μ g, μ = 0.5"): (
+        "box that slips on a back at 1 g, μ = 0.5: acceleration beyond μ g [g]", "0", "0.34 / 0.44 / 0.31",
+    ),
+    ("rolling-ball", "acceleration over 5/7 g sin θ, μ = 0.5"): (
+        "ball on a slope of 10°, μ = 0.5: acceleration over 5/7 g sin θ", "1",
+        "0.38 (3.2 cells) / 0.60 (6.4) / 0.83 (12.8)",
+    ),
+}  # fmt: skip
+"""Case and measure of `zoobench verify validate`: what it is, exactly, and what a prototype of objects had."""
+
+_NEW = {
+    ("object-rests", "way in a quarter of a second"): (
+        "box on a slope of 10°, μ = 0.5: way in a quarter of a second [mm]", "0",
+    ),
+    ("object-pushed", "braking over μ g"): ("box that was pushed: braking over μ g", "1"),
+    ("slip-on-back", "acceleration beyond μ g, μ = 0"): (
+        "box that slips on a back at 1 g, μ = 0: acceleration [g]", "0",
+    ),
+    ("held-table", "deceleration"): ("box on a held obstacle, μ = 0.4: deceleration [g]", "0.4"),
+    ("object-gripped", "acceleration beyond the exact one, friction of 0.5 of the weight"): (
+        "box between plates, friction half of its weight: acceleration beyond 0.5 g [g]", "0",
+    ),
+    ("object-gripped", "acceleration beyond the exact one, friction of 1.5 of the weight"): (
+        "box between plates, friction 1.5 times its weight: acceleration [g]", "0",
+    ),
+    ("object-sinks", "acceleration over the exact one"): (
+        "ball that sinks in water on a grid: acceleration over that in ideal water", "1",
+    ),
+    ("held-beam", "sag over the exact one, held"): ("beam held at its end: sag over Timoshenko's", "1"),
+    ("held-beam", "sag over the exact one, driven"): ("beam on a base that moves: the same", "1"),
+}  # fmt: skip
+"""The same, of what the prototype did not have."""
+
+
+def objects_before() -> str:
+    """Closed forms of objects: exact, of the prototype, and at three grids."""
+    return _closed_forms(("what happens", "exact", "prototype"), _EARLIER)
+
+
+def objects_new() -> str:
+    """Closed forms that the prototype was not measured by."""
+    return _closed_forms(("what happens", "exact"), _NEW)
+
+
+def _closed_forms(head: tuple[str, ...], shown: dict[tuple[str, str], tuple[str, ...]]) -> str:
+    found: dict[tuple[str, str], dict[str, str]] = defaultdict(dict)
+    for row in _rows("docs/accuracy-objects.csv"):
+        before, grid, after = re.split(r",(?: box of)? (\d cells)", row["measure"])
+        found[row["case"], before + after][grid] = _rounded(float(row["value"]), 3)
+    grids = ("4 cells", "6 cells", "8 cells")
+    return _table((*head, *grids), ((*told, *(found[what][grid] for grid in grids)) for what, told in shown.items()))
+
+
 def speed() -> str:
     """By environment and level: particles, control frames and particle-substeps per second."""
     rows = _rows("docs/speed.csv")
@@ -202,7 +271,7 @@ def _rows(name: str) -> list[dict[str, str]]:
 TABLES: dict[str, Callable[[], str]] = {
     "accuracy": accuracy, "softness": softness, "foot": foot, "rest-frame": rest_frame, "judge": judge,
     "speeds": speeds, "beds": beds, "bodies": bodies,
-    "speed": speed,
+    "speed": speed, "objects-before": objects_before, "objects-new": objects_new,
 }  # fmt: skip
 
 
