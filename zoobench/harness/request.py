@@ -90,7 +90,7 @@ class RunRequest:
         if missing := [f"--{name}" for name in ("env", "task") if not getattr(chosen, name)]:
             raise UsageError(
                 f"Nothing is chosen by {' and '.join(missing)}. "
-                "Name some, as in --env desert --task turning, or a whole benchmark, as in --suite laptop."
+                "Name some, as in --env desert --task turning, or a whole benchmark, as in --suite gaits."
             )
         if self.smoke and self.preset not in ("", "smoke"):
             raise UsageError(f"--smoke is a preset, and --preset {self.preset} was given too. Leave one out.")
