@@ -69,9 +69,18 @@ def folder() -> Path:
     return inside if inside.is_dir() else package.parent / "leaderboards"
 
 
+def solutions() -> tuple[PublishedRun, ...]:
+    """Those of all leaderboards, in the order of their names.
+
+    Raises:
+        StorageError: a leaderboard cannot be read.
+    """
+    return _all(folder())
+
+
 def names() -> list[str]:
     """All that can be typed, each once: those of any board, then those of each."""
-    every = _all(folder())
+    every = solutions()
     return list(dict.fromkeys([*(each.name for each in every), *(each.full_name for each in every)]))
 
 
@@ -90,7 +99,7 @@ def named(text: str) -> PublishedRun:
         UnknownNameError: there is none; suggests the nearest.
         StorageError: a leaderboard cannot be read.
     """
-    every = _all(folder())
+    every = solutions()
     found = [each for each in every if text in (each.name, each.full_name)]
     if not found:
         known = {each.full_name if text.count("/") > 2 else each.name for each in every}
@@ -122,12 +131,12 @@ def with_key(key: str) -> PublishedRun | None:
     Raises:
         StorageError: a leaderboard cannot be read.
     """
-    return next((each for each in _all(folder()) if each.key.startswith(key)), None)
+    return next((each for each in solutions() if each.key.startswith(key)), None)
 
 
 @cache
 def _all(where: Path) -> tuple[PublishedRun, ...]:
-    """The solutions of all leaderboards of a folder, in the order of their names."""
+    """The solutions of all leaderboards of a folder."""
     return tuple(each for path in sorted(where.glob("*.json")) for each in _solutions(path))
 
 
