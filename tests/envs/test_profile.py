@@ -163,6 +163,19 @@ def test_a_block_slides_down_a_slope(angle: float, friction: float) -> None:
     assert gained == pytest.approx(9.81 * (math.sin(root) - friction * math.cos(root)), rel=0.01)
 
 
+def test_a_body_slides_down_as_far_as_an_episode_lasts() -> None:
+    """From rest by g sin a cos a t^2 / 2 along x, for 2 s and 6.3 m: no end of the arena is on its way."""
+    frames, smoke = 250, Fidelity(1 / 32)
+    body = registry.create(Kind.DESIGN, Ref("block")).body(smoke)
+    scene = _made("ground[slope=-20,friction=0]").scene(body, smoke, 0.008 * frames)
+    rollout = Solver(scene, smoke).run(np.zeros((frames, 1, body.muscle_count)))
+    assert not rollout.divergences
+    start, end = rollout.positions[[0, -1], 0, :, 0].mean(axis=1)
+    root = math.radians(20.0)
+    expected = 9.81 * math.sin(root) * math.cos(root) * (0.008 * frames) ** 2 / 2
+    assert end - start == pytest.approx(expected, rel=0.01)
+
+
 def test_a_step_stops_what_is_too_slow_to_climb_it() -> None:
     """A block at 0.5 m/s has the energy to rise by 13 mm: a step of 40 mm holds it back, and it stays outside."""
     terrain = _terrain(Profile(step_height=0.04, step_length=0.4))
