@@ -1,5 +1,7 @@
 """The ocean in its three kinds of water."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -37,9 +39,24 @@ def test_water_by_forces_has_its_robot_in_its_rest_frame() -> None:
     assert "robot=mpm" not in str(refusal.value)  # which would change nothing
 
 
-@pytest.mark.slow
 def test_water_by_forces_has_no_bounds() -> None:
-    """There is no ground, and bodies of any height float in the middle of the picture."""
+    """A robot that a current takes out of its arena goes as in one of three times the size."""
+    env = _made("ocean[current=2]")
+    fidelity, (length, height, width) = env.simulated(SMOKE), env.arena
+    body, paths = _body("block", fidelity), []
+    for factor in (1.0, 3.0):
+        wide = replace(env, arena=(factor * length, factor * height, factor * width))
+        solver = Solver(wide.scene(body, fidelity), fidelity)
+        rollout = solver.run(np.full((100, 1, solver.muscle_count), 0.3))
+        assert not rollout.divergences
+        paths.append(rollout.positions[:, 0] - rollout.positions[0, 0].mean(axis=0))
+    assert paths[0][-1, :, 0].min() > length
+    np.testing.assert_allclose(*paths, atol=1e-5)
+
+
+@pytest.mark.slow
+def test_bodies_of_any_height_float_in_water_by_forces() -> None:
+    """There is no ground, and bodies of any height are in the middle of the picture."""
     env = _made("ocean")
     scene = env.scene(_body("panda[length=0.4]", env.simulated(SMOKE)), env.simulated(SMOKE))
     assert scene.ground is None
