@@ -68,9 +68,9 @@ def ocean(
     The others are three times as deep as a robot is tall. Water on a grid is incompressible, flows with hardly any
     viscosity and fills a closed box with smooth walls, which goes with the robot where there are no objects: it has
     neither surface nor weight, and a body feels gravity by as much as it is denser than water. In a box of twice the
-    size a fish's speed changes by 2 %. Water of particles is that of the published benchmark: weakly compressible, with
-    a surface, and as thick as syrup. Of a coasting fish's speed 70 % are left after 10 ms in the former and 5 % in the
-    latter, 80 to 90 % in real water.
+    length and width a strong fish's speed differs by 6 to 22 %. Water of particles is that of the published benchmark:
+    weakly compressible, with a surface, and as thick as syrup. Of a coasting fish's speed 70 % are left after 10 ms in
+    the former and 5 % in the latter, 80 to 90 % in real water.
 
     A level floor has no friction; hills, slopes, steps and gaps are rough, so that water rests on them; water on a grid
     has none.
