@@ -16,7 +16,7 @@ from zoobench.harness.grid import GridSpec, Skip, expand
         ("ground[object=box,object_place=below,object_size=0.09]", "gripper", "parts of a robot that hangs 0.0"),
         ("ground[object=sheet]", "block", "0.8 cells of 0.01562 m"),
         ("ground[object=ball,object_speed=0.5]", "particle", "beside the bodies of a design space"),
-        ("ground[obstacle=post,obstacle_opening=0.001]", "block", "thinner than a cell"),
+        ("ground[obstacle=post,obstacle_opening=0.001]", "block", "less than a cell"),
     ],
 )
 def test_a_scene_that_cannot_be_made_is_skipped_with_its_reason(environment: str, design: str, told: str) -> None:

@@ -79,7 +79,11 @@ def test_a_beam_stays_on_pegs() -> None:
     [
         ("obstacle=post,obstacle_opening=0", UsageError, "obstacle_opening of 0"),
         ("obstacle=post,obstacle_friction=-1", UsageError, "obstacle_friction of -1"),
-        ("obstacle=post,obstacle_opening=0.001", SceneError, "thinner than a cell"),
+        ("obstacle=post,obstacle_opening=0.001", SceneError, "Give an obstacle_opening of 0.01562 m or more"),
+        ("obstacle=hurdle,obstacle_length=0.01", SceneError, "Give an obstacle_length of 0.01562 m or more"),
+        ("obstacle=slot,obstacle_opening=0.3", SceneError, "0 m for a wall .* obstacle_opening of 0.169 m or less"),
+        ("obstacle=ceiling,obstacle_distance=5", SceneError, "obstacle_distance of 5, .* beyond the arena.* smaller"),
+        ("obstacle=ceiling,obstacle_opening=0.5", SceneError, "obstacle_opening of 0.5 .* beyond the arena"),
         ("obstacle=slot,relief=0.02", SceneError, "level ground"),
         ("object=box,object_height=0.1,relief=0.02", SceneError, "above level ground"),
         (_PEGS[7:-1].replace("object_height=0.03", "object_height=0.01"), SceneError, "begins within"),

@@ -42,6 +42,9 @@ _BESIDE = 0.035
 _HIGH = 0.12
 """[m] Of walls beside a slot, and of a post."""
 
+_AS_THICK = ("hurdle", "post", "pegs")
+"""Obstacles whose opening is a side of theirs."""
+
 _EVERYWHERE = ((-1e3, -1e3, -1e3), (1e3, 1e3, 1e3))
 """Corners of a box that holds all nodes [m]."""
 
@@ -79,24 +82,47 @@ class Obstacles:
         """The scene with the obstacle behind its objects.
 
         Raises:
-            SceneError: it stands on ground that is not level, or is too thin for the grid.
+            SceneError: it stands on ground that is not level, is too thin for the grid, or leaves the arena.
         """
         if scene.ground is None or scene.ground.terrain is not None:
             raise SceneError("An obstacle stands on level ground. Leave out hills, slope, steps and gaps, or it.")
         robot, edge = scene.robot.positions, fidelity.particle_edge
         low, high = robot.min(axis=0) - edge / 2, robot.max(axis=0) + edge / 2
         corners = np.array(self._boxes(low, high))
-        thinnest = float((corners[:, 1] - corners[:, 0]).min())
-        if thinnest < (1.0 - 1e-9) * fidelity.grid_spacing:
-            raise SceneError(
-                f"An obstacle of {thinnest:.3g} m is thinner than a cell of {fidelity.grid_spacing:.4g} m. Make it "
-                "larger, or give a finer fidelity."
-            )
+        self._check_thick(float((corners[:, 1] - corners[:, 0]).min()), fidelity.grid_spacing)
         first, last = corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)
+        if (first < scene.lower).any() or (last > scene.upper).any():
+            reach = ", ".join(f"{a:.3g} to {b:.3g}" for a, b in zip(first, last, strict=True))
+            raise SceneError(
+                f"A {self.obstacle} with an obstacle_distance of {self.obstacle_distance:g}, an obstacle_opening of "
+                f"{self.obstacle_opening:g} and an obstacle_length of {self.obstacle_length:g} m is at {reach} m along "
+                f"x, y and z, beyond the arena, which ends at {scene.upper} m. Give smaller ones."
+            )
         sample = Shape(_within(corners), tuple(first), tuple(last)).sample(fidelity)
         body = replace(passive_solid(_HEAVY, sample), anchor=_EVERYWHERE)
         thing = SceneObject(OBSTACLE, body, self.obstacle_friction, 0.0)
         return replace(scene, objects=(*scene.objects, thing))
+
+    def _check_thick(self, thinnest: float, grid_spacing: float) -> None:
+        """Refuse boxes of which the thinnest [m] is thinner than a cell, by the parameter that makes it so."""
+        least = (1.0 - 1e-9) * grid_spacing
+        if thinnest >= least:
+            return
+        told = f"is {thinnest:.3g} m thin, less than a cell of {grid_spacing:.4g} m. Give"
+        walls = _ASIDE - self.obstacle_opening / 2
+        if self.obstacle == "slot" and walls < least:
+            told = (
+                f"leaves {max(walls, 0.0):.3g} m for a wall at either side, less than a cell of {grid_spacing:.4g} m. "
+                f"Give an obstacle_opening of {2 * (_ASIDE - grid_spacing):.3g} m or less, or"
+            )
+        elif self.obstacle_length < least:
+            told = f"{told} an obstacle_length of {grid_spacing:.4g} m or more, or"
+        elif self.obstacle in _AS_THICK and self.obstacle_opening < least:
+            told = f"{told} an obstacle_opening of {grid_spacing:.4g} m or more, or"
+        raise SceneError(
+            f"A {self.obstacle} with an obstacle_opening of {self.obstacle_opening:g} and an obstacle_length of "
+            f"{self.obstacle_length:g} m {told} a finer fidelity."
+        )
 
     def _boxes(self, low: Array, high: Array) -> list[Box]:
         """Its boxes by lower and upper corner [m], for a robot within the box `low` to `high` `[3]` [m]."""
