@@ -86,6 +86,7 @@ def test_a_beam_stays_on_pegs() -> None:
         ("obstacle=ceiling,obstacle_opening=0.5", SceneError, "obstacle_opening of 0.5 .* beyond the arena"),
         ("obstacle=slot,relief=0.02", SceneError, "level ground"),
         ("object=box,object_height=0.1,relief=0.02", SceneError, "above level ground"),
+        ("object=box,obstacle=slot", SceneError, "obstacle begins within the object. .* it or the object smaller"),
         (_PEGS[7:-1].replace("object_height=0.03", "object_height=0.01"), SceneError, "begins within"),
     ],
 )

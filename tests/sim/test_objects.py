@@ -307,6 +307,17 @@ def test_bodies_that_touch_do_not_overlap() -> None:
         assert replace(scenes.ground_scene(), objects=(block,)).objects
 
 
+@pytest.mark.parametrize("depth", [0.25, 0.5, 0.9])
+def test_a_single_layer_that_overlaps_is_refused(depth: float) -> None:
+    """By a quarter of a cube on, whether or not the cubes of both lie in a row."""
+    robot = scenes.ground_scene().robot
+    place = robot.positions.max(0) + 0.5 * scenes.EDGE - depth * scenes.EDGE
+    place[1:] = robot.positions.min(0)[1:] + 0.5 * scenes.EDGE * np.array([0.0, 1.0])
+    x, y, z = place
+    with pytest.raises(SceneError, match="The a begins within the robot"):
+        replace(scenes.ground_scene(), objects=(SceneObject("a", _block((float(x), float(y), float(z)))),))
+
+
 def test_an_arena_does_not_follow_a_robot_away_from_objects() -> None:
     """The objects would stay where the grid no longer is."""
     with pytest.raises(SceneError, match="away from objects"):

@@ -136,30 +136,36 @@ class SceneObject:
     ground_friction: float = 0.5
 
 
-_REACH, _MOST = 1.5, 24
-"""Distance within which neighbours are looked for, by the spacing of particles, and more of them than a lattice has."""
+_MOST = 32
+"""Cubes of one body that may meet one of another: of two equal lattices they are 8."""
 
-_INSIDE = 0.4
-"""Distance from their mean, by the spacing, below which a particle has them on all sides. That of one on the surface is
-half of it at least, as the outermost particles lie half a spacing below."""
+_TOUCH = 0.2
+"""Depth to which cubes of bodies that touch may overlap, by their edge: a cube that is filled in part is known by the
+middle of its matter."""
 
 
 def overlap(one: ElasticBody, other: ElasticBody) -> bool:
-    """Whether a particle of one body lies within the other; bodies that touch do not overlap."""
+    """Whether the matter of two bodies overlaps; bodies that touch do not."""
     from scipy.spatial import cKDTree
 
-    near, there = (body.positions[body.occupancy > 0] for body in (one, other))
-    spacing = float(np.cbrt(other.volumes.max()))
-    low, high = there.min(axis=0) - spacing, there.max(axis=0) + spacing
-    near = near[((near > low) & (near < high)).all(axis=1)]
-    if not len(near):
+    (near, near_half, edge), (there, half, other_edge) = _cubes(one), _cubes(other)
+    own = ((near > there.min(axis=0) - other_edge) & (near < there.max(axis=0) + other_edge)).all(axis=1)
+    if not own.any():
         return False
-    apart, which = cKDTree(there).query(near, k=_MOST, distance_upper_bound=_REACH * spacing)
-    found = np.isfinite(apart)
-    places = np.vstack([there, np.zeros(3)])[which] * found[:, :, None]
-    count = found.sum(axis=1)
-    from_mean = np.linalg.norm(near - places.sum(axis=1) / np.maximum(count, 1)[:, None], axis=1)
-    return bool(((count > 0) & (from_mean < _INSIDE * spacing)).any())
+    near, near_half, reach = near[own], near_half[own], (edge + other_edge) / 2
+    apart, which = cKDTree(there).query(near, k=_MOST, p=np.inf, distance_upper_bound=reach)
+    mine, place = np.nonzero(np.isfinite(apart))
+    found = which[mine, place]
+    depth = near_half[mine] + half[found] - np.abs(near[mine] - there[found])
+    return bool((depth > _TOUCH * min(edge, other_edge)).all(axis=1).any())
+
+
+def _cubes(body: ElasticBody) -> tuple[Array, Array, float]:
+    """Middles and half edges of what a body fills of its particles' cubes, both `[n, 3]`, and the cubes' edge [m]."""
+    edge = body.edge or float(np.cbrt(body.volumes.max()))
+    own = body.occupancy > 0
+    half = np.full_like(body.positions, edge / 2) - np.abs(body.sites - body.positions)
+    return body.positions[own], half[own], edge
 
 
 def joined(bodies: Sequence[ElasticBody]) -> ElasticBody:

@@ -207,7 +207,7 @@ class Scene:
         for (one, first), (other, second) in combinations(bodies.items(), 2):
             if overlap(first, second):
                 raise SceneError(
-                    f"The {other} begins within the {one}. Put it further away, or make it or the robot smaller."
+                    f"The {other} begins within the {one}. Put it further away, or make it or the {one} smaller."
                 )
 
     def _check_anchors(self) -> None:
