@@ -173,7 +173,7 @@ def test_an_arena_with_objects_does_not_follow_its_robot(block: Body) -> None:
         ({"object_height": -0.1}, "object_height of -0.1"),
         ({"object_place": "back", "object_count": 3, "object_size": 0.16}, "does not fit into the arena"),
         ({"object_mass": 1e6}, "sinks into the ground"),
-        ({"object_mass": -1.0}, "object_mass of -1"),
+        ({"object_mass": -1.0}, "object_mass of -1 kg is not possible. Give a positive one; in water on a grid 0"),
         ({"object_mass": 0.0}, "object_mass of 0 kg is that of water on a grid"),
         ({"object_friction": -0.1}, "object_friction of -0.1"),
         ({"object_gap": -0.1}, "object_gap of -0.1"),
@@ -186,7 +186,8 @@ def test_an_arena_with_objects_does_not_follow_its_robot(block: Body) -> None:
         ({"object_place": "below"}, "A box of 0.0625 m has no room below a robot that stands on the ground. Choose a"),
         ({"object_place": "below", "object_count": 2}, "object_count of 2 below the robot is not possible"),
         ({"object_mass_spread": 1.0}, "object_mass_spread of 1"),
-        ({"object_seed": -1}, "object_seed -1"),
+        ({"object_seed": -1}, "^An object_seed of -1 is not possible. Give 0 to"),
+        ({"object_seed": 99999999999999999999}, "^An object_seed of 99999999999999999999 is not possible"),
     ],
 )
 def test_impossible_objects_are_refused(given: dict[str, Any], told: str, block: Body) -> None:

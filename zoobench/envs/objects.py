@@ -91,7 +91,6 @@ class Objects:
             self,
             positive=("object_size", "object_stiffness"),
             not_negative=(
-                "object_mass",
                 "object_friction",
                 "object_ground_friction",
                 "object_gap",
@@ -99,6 +98,11 @@ class Objects:
                 "object_height",
             ),
         )
+        if not 0.0 <= self.object_mass < np.inf:
+            raise UsageError(
+                f"An object_mass of {self.object_mass:g} kg is not possible. Give a positive one; in water on a grid 0 "
+                "is that of as much water."
+            )
         if not np.isfinite(self.object_shift):
             raise UsageError(f"An object_shift of {self.object_shift:g} m is not possible. Give a finite number.")
         if not max(abs(self.object_speed), abs(self.object_speed_up)) <= _FASTEST:
@@ -134,11 +138,12 @@ class Objects:
 
     def _check_spreads(self) -> None:
         spread, gap = self.object_spread, self.object_gap
-        if not (0.0 <= self.object_mass_spread < 1.0 and 0 <= self.object_seed < 2**63):
+        if not 0.0 <= self.object_mass_spread < 1.0:
             raise UsageError(
-                f"An object_mass_spread of {self.object_mass_spread:g} with object_seed {self.object_seed} is not "
-                f"possible. Give a spread from 0 to below 1, and a seed from 0 to {2**63 - 1}."
+                f"An object_mass_spread of {self.object_mass_spread:g} is not possible. Give 0 or more, below 1."
             )
+        if not 0 <= self.object_seed < 2**63:
+            raise UsageError(f"An object_seed of {self.object_seed} is not possible. Give 0 to {2**63 - 1}.")
         if self.object_place in _FAR and spread > gap:
             raise UsageError(
                 f"An object_spread of {spread:g} m would take an object with an object_gap of {gap:g} m into the "
