@@ -42,7 +42,6 @@ def test_a_body_that_is_drawn_has_no_object_thrown_at_it() -> None:
         ("ground[object=box]", "block"),
         ("ground[object=ball,object_place=below,object_size=0.05]", "gripper"),
         ("ground[object=box]", "caterpillar[length=0.001]"),
-        ("ground[object_speed=0.5]", "particle"),
     ],
 )
 def test_what_has_room_is_not_refused(environment: str, design: str) -> None:

@@ -197,6 +197,27 @@ def test_impossible_objects_are_refused(given: dict[str, Any], told: str, block:
     assert "the robot lie outside" not in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("env", "told"),
+    [
+        ("ground[object_size=0.1]", "object_size=0.1 has no effect without an object. .* as in object=box"),
+        ("desert[object_seed=3]", "object_seed=3 has no effect without an object"),
+        ("ocean[object_mass=0.08]", "object_mass=0.08 has no effect without an object"),
+        ("ice[obstacle_opening=0.1]", "obstacle_opening=0.1 has no effect without an obstacle. .* as in obstacle=slot"),
+    ],
+)
+def test_settings_of_what_is_not_there_are_refused(env: str, told: str) -> None:
+    """They would make new runs of the same numbers; a default that is stated makes none."""
+    with pytest.raises(UsageError, match=told):
+        registry.create(Kind.ENV, Ref.parse(env))
+
+
+@pytest.mark.parametrize("env", ["ground[object_size=0.0625,obstacle_opening=0.05]", "ocean[object_mass=0]"])
+def test_defaults_of_what_is_not_there_may_be_stated(env: str) -> None:
+    """They are those of the environment."""
+    assert not registry.create(Kind.ENV, Ref.parse(env)).objects
+
+
 @pytest.mark.parametrize("value", [np.nan, np.inf])
 @pytest.mark.parametrize("name", ["object_size", "object_mass", "object_gap", "object_shift", "object_friction"])
 def test_no_number_may_be_infinite(name: str, value: float) -> None:

@@ -15,6 +15,7 @@ from zoobench.envs.objects import NO_OBJECTS, Objects
 from zoobench.envs.obstacles import NO_OBSTACLES, Obstacles
 from zoobench.envs.physics import LAND, Contact, Physics
 from zoobench.envs.profile import LEVEL_WAY, Profile
+from zoobench.envs.ranges import check_no_idle
 from zoobench.errors import SceneError, UsageError
 from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.fidelity import REST_FRAME_PARTICLES, Fidelity
@@ -324,6 +325,8 @@ def firm_environment(
     obstacles: Obstacles,
 ) -> Environment:
     """A land robot on firm ground, level or not, without walls."""
+    check_no_idle(objects, NO_OBJECTS, "object=box")
+    check_no_idle(obstacles, NO_OBSTACLES, "obstacle=slot")
     return Environment(
         robot=physics.robot,
         friction=friction,
@@ -350,6 +353,7 @@ def bed_environment(
     objects: Objects = NO_OBJECTS,
 ) -> Environment:
     """A land robot on or in a bed of at least this `size` along x and z [m] on the ground."""
+    check_no_idle(objects, NO_OBJECTS, "object=box")
     length, width = size
     return Environment(
         robot=physics.robot,

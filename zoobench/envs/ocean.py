@@ -9,6 +9,7 @@ from zoobench.envs.hills import LEVEL, Hills
 from zoobench.envs.objects import Objects
 from zoobench.envs.physics import FRESH_WATER, SWIMMER, Physics, Water
 from zoobench.envs.profile import LEVEL_WAY, Profile
+from zoobench.envs.ranges import check_no_idle
 from zoobench.errors import UsageError
 from zoobench.registry import Kind, register
 from zoobench.sim.model.surface_water import SurfaceWater
@@ -96,6 +97,7 @@ def ocean(
             tait_exponent=(fluid.tait_exponent, FRESH_WATER.tait_exponent),
             viscosity=(fluid.viscosity, FRESH_WATER.viscosity),
         )
+    check_no_idle(objects, _AFLOAT, "object=box")
     if objects and water != "grid":
         raise UsageError(f"An object is possible in water on a grid, not with water={water}. Give water=grid.")
     is_level = profile.is_level and not hills.relief
