@@ -194,6 +194,19 @@ def test_a_reference_that_does_not_fit_is_refused(text: str, told: str) -> None:
     assert told in str(caught.value)
 
 
+def test_a_parameter_of_others_is_told_with_those_that_have_it() -> None:
+    """Rather than with parameters of similar names, which mean something else."""
+    _marsh()
+
+    @register(Kind.ENV, "moor")
+    def moor(*, winds: float = 1.0) -> float:
+        """A moor."""
+        return winds
+
+    with pytest.raises(UsageError, match=r"'moor' has no parameter 'wind'\. Leave it out, .* have it: marsh\.$"):
+        registry.resolve(Kind.ENV, Ref.parse("moor[wind=1]"))
+
+
 def test_an_unknown_name_suggests_the_nearest() -> None:
     """With "did you mean"."""
     with pytest.raises(UnknownNameError, match=r"Unknown task 'hoping'\. Did you mean 'hopping'\?"):

@@ -400,8 +400,7 @@ def _parameters(kind: Kind, name: str, factory: Callable[..., Any]) -> Iterator[
 
 def _coerce(component: Component, key: str, value: Scalar) -> Scalar:
     """The value in the parameter's type, so that `lr=1` and `lr=1.0` are the same run."""
-    if key not in component.parameters:
-        raise UnknownNameError(f"parameter of {component.name!r}:", key, component.parameters)
+    check_parameter(component, key)
     expected = component.parameters[key]
     if get_origin(expected) is Literal:
         for choice in get_args(expected):
@@ -423,6 +422,23 @@ def _coerce(component: Component, key: str, value: Scalar) -> Scalar:
             return int(value)
     noun = _TYPE_NOUNS.get(expected, str(expected))
     raise UsageError(f"{component.name}[{key}={value}]: {key!r} must be {noun}.")
+
+
+def check_parameter(component: Component, name: str) -> None:
+    """Check that a component has a parameter of this name.
+
+    Raises:
+        UsageError: it has none; names the others of its kind that have one, or its similar parameters.
+    """
+    if name in component.parameters:
+        return
+    newest = (get(component.kind, other) for other in names(component.kind))
+    if having := [other.name for other in newest if name in other.parameters]:
+        raise UsageError(
+            f"The {component.kind.noun} {component.name!r} has no parameter {name!r}. Leave it out, or choose one of "
+            f"those that have it: {', '.join(having)}."
+        )
+    raise UnknownNameError(f"parameter of {component.name!r}:", name, component.parameters)
 
 
 def names_file(expected: Any) -> bool:

@@ -33,6 +33,7 @@ def digest(path: Path) -> str:
         ([*RUN, "--method", "diffphysics[lr]"], "Write key=value"),
         ([*RUN, "--method", "diffphysics[lr=fast]"], "lr"),
         ([*RUN, "--method", "diffphysics[rl=1]"], "Did you mean"),
+        (["run", "--env", "desert[obstacle=slot]", "--task", "turning"], "those that have it: ground, ice."),
         ([*RUN, "--method", "diffphysics-v99"], "version 99"),
         ([*RUN, "--seeds", "-1"], "negative"),
         ([*RUN, "--seeds", "0,-2"], "negative"),

@@ -8,7 +8,7 @@ from typing import Any, Self
 import numpy as np
 
 from zoobench import registry
-from zoobench.errors import UnknownNameError, UsageError
+from zoobench.errors import UsageError
 from zoobench.registry import Kind
 from zoobench.spec import Ref, RunSpec, Scalar, Selector
 
@@ -67,8 +67,7 @@ def _with(env: Ref, values: Mapping[str, Scalar]) -> Ref:
 def _values(env: Ref, name: str, given: Values) -> tuple[Scalar, Scalar] | list[Scalar]:
     """The range or the values of a parameter, in its type."""
     component = registry.get(Kind.ENV, env.name, env.version)
-    if name not in component.parameters:
-        raise UnknownNameError(f"parameter of {env.name!r}:", name, component.parameters)
+    registry.check_parameter(component, name)
     expected = component.parameters[name]
     if isinstance(given, str):
         chosen = [each.params[0][1] for each in Selector.parse_all(f"{env.name}[{name}={given}]")]
