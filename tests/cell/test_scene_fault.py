@@ -17,6 +17,8 @@ from zoobench.harness.grid import GridSpec, Skip, expand
         ("ground[object=sheet]", "block", "0.8 cells of 0.01562 m"),
         ("ground[object=ball,object_speed=0.5]", "particle", "beside the bodies of a design space"),
         ("ground[obstacle=post,obstacle_opening=0.001]", "block", "less than a cell"),
+        ("ground[object=box,object_stiffness=1e12]", "block", "The object needs steps of"),
+        ("ground[youngs_modulus=1e13]", "block", "The robot needs steps of"),
     ],
 )
 def test_a_scene_that_cannot_be_made_is_skipped_with_its_reason(environment: str, design: str, told: str) -> None:

@@ -39,8 +39,8 @@ REFUSED_FRACTION = 0.9
 _REST_FRAME_DAMPING = LARGEST_STRETCH**2
 """Factor by which the viscosity counts more in the rest frame, at that compression."""
 
-MOST_SUBSTEPS = 1e9
-"""Limit of a control frame."""
+MOST_SUBSTEPS = 10_000
+"""Of a control frame: more than a thousand times as many as a robot of the default material needs at `draft`."""
 
 SKIN_FRACTION = 0.7
 """Largest chosen step by the stable one of matter in the ground's skin [-]."""
@@ -185,8 +185,8 @@ def choose_step(
     chosen = fidelity.courant * dt_iso
     if not fidelity.step and chosen * MOST_SUBSTEPS < frame_seconds:
         raise StepSizeError(
-            f"The {matter} needs steps of {chosen:.3g} s, more than {MOST_SUBSTEPS:.0e} in a control frame. "
-            "Make it softer, weaker or denser."
+            f"The {matter} needs steps of {chosen:.3g} s, {frame_seconds / chosen:.2g} in a control frame, and "
+            f"{MOST_SUBSTEPS:,} are the most. Make it softer, weaker or denser."
         )
     count = whole_substeps(frame_seconds, fidelity.step or chosen)
     found = StepLimit(dt_iso, matter, frame_seconds / count, count)
