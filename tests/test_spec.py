@@ -60,6 +60,13 @@ def test_a_pattern_that_fits_no_name_gets_did_you_mean() -> None:
         matching("wal", ["wave", "ice", "wall"], "case")
 
 
+def test_a_setting_may_have_settings_of_its_own() -> None:
+    """As the name of a solution has; commas in their brackets are its own, also beside several values."""
+    name = "best:board/ground[obstacle=slot,opening=0.06]/speed/block"
+    found = [each.params for each in Selector.parse_all(f"cmaes[lr=1|2,start={name},w=3],random")]
+    assert found == [*((("lr", lr), ("start", name), ("w", 3)) for lr in (1, 2)), ()]
+
+
 def test_several_values_of_a_parameter_are_a_selector_each() -> None:
     """All combinations of two such parameters; a bar elsewhere is part of the text."""
     text = "ground[friction=0.2|0.5,slope=1|2|3],ice,mesh[path=a|b]"
