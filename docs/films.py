@@ -4,7 +4,6 @@ The first has three animals in three media, the second the best solutions of ele
 Five minutes of one core.
 """
 
-import json
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -27,19 +26,19 @@ ANIMALS = (
     ("best:gaits/desert/movement-speed/fish", "fish on sand"),
 )
 MANIPULATIONS = (
-    ("box", "push", "caterpillar", "push a box"),
-    ("box", "push-to", "caterpillar", "push it to a place"),
-    ("ball", "kick", "block", "kick a ball"),
-    ("sheet", "carry", "block", "carry a sheet"),
-    ("ball", "catch", "block", "catch a ball"),
-    ("ball", "lift", "gripper", "lift a ball"),
-    ("ceiling", "movement-speed", "caterpillar", "pass a ceiling"),
-    ("slot", "movement-speed", "caterpillar", "pass a slot"),
-    ("none", "reach", "arm", "reach a place"),
-    ("none", "jump", "panda", "jump"),
-    ("none", "shape", "caterpillar", "change the shape"),
+    ("best:manipulation/ground/push/caterpillar", "push a box"),
+    ("best:manipulation/ground/push-to/caterpillar", "push it to a place"),
+    ("best:manipulation/ground/kick/block", "kick a ball"),
+    ("best:manipulation/ground/carry/block", "carry a sheet"),
+    ("best:manipulation/ground/catch/block", "catch a ball"),
+    ("best:manipulation/ground/lift/gripper", "lift a ball"),
+    ("best:manipulation/ground[obstacle=ceiling]/movement-speed/caterpillar", "pass a ceiling"),
+    ("best:manipulation/ground[obstacle=slot]/movement-speed/caterpillar", "pass a slot"),
+    ("best:manipulation/ground/reach/arm", "reach a place"),
+    ("best:manipulation/ground/jump/panda", "jump"),
+    ("best:manipulation/ground/shape/caterpillar", "change the shape"),
 )
-"""Object or obstacle, `none` for neither, task, design and title."""
+"""Name and title."""
 
 SLOWED = 4
 EVERY = 3  # frames from picture to picture
@@ -55,27 +54,12 @@ def main() -> None:
     palette = Image.fromarray(np.vstack(pictures[:: len(pictures) // 3])).quantize(COLOURS)
     reduced = [np.asarray(_in(palette, picture)) for picture in pictures]
     iio.imwrite(DOCS / "animals.gif", reduced, duration=1000 * SHOWN_SECONDS, loop=0)
-    board = json.loads((published.folder() / "manipulation.json").read_text())
-    runs = [run for each in board["runs"] if "solution" in each and (run := published.with_key(each["key"]))]
-    films = _filmed([(_best(runs, *cell), title) for *cell, title in MANIPULATIONS])
+    films = _filmed([(published.named(name), title) for name, title in MANIPULATIONS])
     iio.imwrite(DOCS / "manipulation.mp4", films, fps=1 / SHOWN_SECONDS, quality=5)
 
 
 def _shortened(run: PublishedRun) -> PublishedRun:
     return replace(run, spec=replace(run.spec, frames=100))
-
-
-def _best(runs: list[PublishedRun], thing: str, task: str, design: str) -> PublishedRun:
-    """The best of these solutions in a task with this object or obstacle."""
-    return max(
-        (
-            run
-            for run in runs
-            if (run.spec.task.name, run.spec.design.name) == (task, design)
-            and thing in (run.spec.env.kwargs.get("object", "none"), run.spec.env.kwargs.get("obstacle", "none"))
-        ),
-        key=lambda run: run.score,
-    )
 
 
 def _filmed(solutions: list[tuple[PublishedRun, str]]) -> list[np.ndarray]:

@@ -20,13 +20,13 @@ class UsageError(ZoobenchError):
 
 
 class UnknownNameError(UsageError):
-    """A name that is not registered; the message suggests similar ones."""
+    """A name that is not registered; the message suggests similar ones, and tells all, or how to list them."""
 
-    def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
+    def __init__(self, kind: str, name: str, known: Iterable[str], listing: str = "") -> None:
         names = sorted(known)
         near = get_close_matches(name, names, n=3, cutoff=0.5)
         hint = f"Did you mean {' or '.join(repr(match) for match in near)}?" if near else ""
-        choices = f"Known: {', '.join(names) or 'none'}."
+        choices = listing or f"Known: {', '.join(names) or 'none'}."
         super().__init__(f"Unknown {kind} {name!r}. {hint} {choices}".replace("  ", " "))
 
 

@@ -13,6 +13,7 @@ from zoobench.cell.problem import Problem
 from zoobench.cli import completion, solutions
 from zoobench.db import published
 from zoobench.db.rows import FinalRow, RunState
+from zoobench.harness.starts import words_of
 from zoobench.report.leaderboard import Attempt, BoardRow, Leaderboard
 from zoobench.report.leaderboard_export import to_text
 from zoobench.spec import Ref
@@ -110,8 +111,18 @@ def test_tab_offers_it_with_its_origin(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("words", [("evaluate", "best:moon/turning/block"), ("render", "best:x", "-o", "film.npz")])
-def test_an_unknown_one_is_refused_with_those_that_exist(zoobench: Command, words: tuple[str, ...]) -> None:
-    """Exit code 2, and what could be meant."""
+def test_an_unknown_one_is_refused_with_how_to_find_those_that_exist(zoobench: Command, words: tuple[str, ...]) -> None:
+    """Exit code 2; the list has each name with its run."""
     reply = zoobench(*words)
     assert reply.code == 2
-    assert NAME in reply.err
+    assert "`zoobench list solutions`" in reply.err
+    (listed, *_) = json.loads(zoobench("list", "solutions", "--format", "json").out)
+    assert listed["name"] == NAME
+    assert listed["solution"].startswith("of the leaderboard mine: random, seed 0")
+
+
+def test_settings_of_its_environment_are_told() -> None:
+    """As they tell an obstacle from another."""
+    best = published.named(NAME)
+    slot = replace(best, spec=cell(environment="ground[obstacle=slot]"))
+    assert words_of(slot).startswith("of the leaderboard mine: ground[obstacle=slot], random, seed 0")

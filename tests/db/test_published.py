@@ -126,10 +126,28 @@ def test_the_boards_of_this_package_give_their_best() -> None:
         assert found.score == max(each.score for each in away)
 
 
-def test_an_unknown_name_is_told_with_those_that_exist(folder: Path) -> None:
-    """The message names what is published."""
+def test_settings_of_the_environment_choose_among_several(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Some of them are enough; what a name without them does not mean is listed with those that tell it apart."""
+    slot, tall = (
+        replace(LEFT, env=replace(LEFT.env, params=(*LEFT.env.params, ("obstacle", "slot"), ("opening", opening))))
+        for opening in (0.05, 0.06)
+    )
+    publish(_board(tmp_path / "a.db", [3.0, 2.0, 1.0], [LEFT, slot, tall], "a"), tmp_path / "boards")
+    monkeypatch.setattr(published, "folder", lambda: tmp_path / "boards")
+    assert published.named(NAME).score == 3.0
+    assert published.named("best:desert[obstacle=slot]/turning/caterpillar").score == 2.0
+    assert published.named("best:a/desert[obstacle=slot,opening=0.06]/turning/caterpillar").score == 1.0
+    apart = [f"best:a/desert[obstacle=slot,opening={each}]/turning/caterpillar" for each in (0.05, 0.06)]
+    assert published.names() == [NAME, "best:a/desert/turning/caterpillar", *apart]
+    with pytest.raises(UnknownNameError, match=r"Did you mean 'best:a/desert\[obstacle=slot,opening=0\.0"):
+        published.named("best:a/desert[obstacle=slot,opening=0.07]/turning/caterpillar")
+
+
+def test_an_unknown_name_is_told_with_those_that_are_near(folder: Path) -> None:
+    """And with the command that names all, of which there are hundreds."""
     for text, name in (("best:desert/turning/catapillar", NAME), ("best:mine/desert/turning/cat", BOARD_NAME)):
-        with pytest.raises(UnknownNameError, match=rf"best:ENV/TASK/DESIGN.*Did you mean '{name}'.*Known: {name}\.$"):
+        told = rf"best:ENV/TASK/DESIGN.*Did you mean '{name}'\? `zoobench list solutions` names all\.$"
+        with pytest.raises(UnknownNameError, match=told):
             published.named(text)
 
 

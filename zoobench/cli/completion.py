@@ -65,11 +65,16 @@ def runs(context: Context, incomplete: str) -> list[tuple[str, str]]:
 
 def solutions(context: Context, incomplete: str) -> list[tuple[str, str]]:
     """The newest runs, and the best ones of the published leaderboards."""
+    # there are more of them than fit a screen
+    return runs(context, incomplete) + (solutions_like(incomplete) if incomplete else [])
+
+
+def solutions_like(start: str) -> list[tuple[str, str]]:
+    """The published solutions whose names begin so, and which they are."""
     from zoobench.db import published
     from zoobench.harness.starts import words_of
 
-    best = published.names() if incomplete else []  # there are more of them than fit a screen
-    return runs(context, incomplete) + [(name, words_of(published.named(name))) for name in starting(best, incomplete)]
+    return [(name, words_of(published.named(name))) for name in starting(published.names(), start)]
 
 
 def _names(chosen: "Iterable[Kind]") -> list[str]:

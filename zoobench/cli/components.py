@@ -39,14 +39,19 @@ def list_components(
     """List the components of the benchmark.
 
     These are the environments, tasks, designs, controllers, methods and fidelities in their newest versions, and the
-    suites of `zoobench run --suite`. `zoobench list presets` shows the settings of `zoobench run --preset`.
+    suites of `zoobench run --suite`. `zoobench list presets` shows the settings of `zoobench run --preset`, and
+    `zoobench list solutions` the names of the best solutions on the leaderboards.
     """
     from zoobench import registry
+    from zoobench.db import published
     from zoobench.harness import suites
 
     kind = kind_named(name) if name else None
     if kind is KindName.PRESETS:
         _emit_presets(form)
+        return
+    if kind is KindName.SOLUTIONS:
+        emit(Listing(("name", "solution"), tuple(completion.solutions_like(published.PREFIX))), form)
         return
     rows = []
     for each in registry.Kind:

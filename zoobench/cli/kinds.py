@@ -17,6 +17,7 @@ class KindName(StrEnum):
     FIDELITIES = "fidelities"
     SUITES = "suites"
     PRESETS = "presets"
+    SOLUTIONS = "solutions"
 
     @property
     def singular(self) -> str:

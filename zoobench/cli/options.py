@@ -51,7 +51,7 @@ def _run_argument(text: str, offer: Any = completion.runs) -> Any:
     return Argument(help=text, autocompletion=offer)
 
 
-_OR_BEST = "; or best:ENV/TASK/DESIGN, the best solution on a leaderboard."
+_OR_BEST = "; or best:ENV/TASK/DESIGN, the best solution on a leaderboard, see `zoobench list solutions`."
 
 RunsArgument = Annotated[list[str] | None, _run_argument("Runs: their numbers, or the starts of their keys.")]
 DoneRunArgument = Annotated[

@@ -1,11 +1,13 @@
 """The best solutions of the published leaderboards, which come with the package: `best:ENV/TASK/DESIGN`.
 
-`best:BOARD/ENV/TASK/DESIGN` is that of one leaderboard. Settings name them by the key of their run, as they name runs
-of a database.
+`best:BOARD/ENV/TASK/DESIGN` is that of one leaderboard, and `best:ground[obstacle=slot]/TASK/DESIGN` one that was found
+with these settings of the environment. Settings of a run name them by the key of their run, as they name runs of a
+database.
 """
 
 import json
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -15,9 +17,11 @@ from typing import Any
 from zoobench.db.walls import wall_gap_in
 from zoobench.errors import StorageError, UnknownNameError, UsageError
 from zoobench.inputs import Start
-from zoobench.spec import AXES, RunSpec, is_at_wall
+from zoobench.spec import AXES, Ref, RunSpec, is_at_wall
 
 PREFIX = "best:"
+
+_SLASH = re.compile(r"/(?![^\[]*\])")  # outside of brackets
 
 
 @dataclass(frozen=True)
@@ -52,6 +56,23 @@ class PublishedRun:
         """As it is typed for this board."""
         return f"{PREFIX}{self.board}/{self._place}"
 
+    def name_beside(self, other: "PublishedRun") -> str:
+        """The full name, with the settings of the environment that another run has not."""
+        env = self.spec.env
+        own = tuple(item for item in env.params if item not in other.spec.env.params)
+        return self.full_name.replace(f"/{env.name}/", f"/{Ref(env.name, 0, own)}/", 1)
+
+    def is_named(self, places: Sequence[str]) -> bool:
+        """Whether it is a run of this board, if one is given, environment with settings, task and design."""
+        *board, env, task, design = places
+        wanted, spec = Ref.parse(env), self.spec
+        return (
+            board in ([], [self.board])
+            and (wanted.name, task, design) == (spec.env.name, spec.task.name, spec.design.name)
+            and wanted.version in (0, spec.env.version)
+            and set(wanted.params) <= set(spec.env.params)
+        )
+
     @property
     def start(self) -> Start:
         """The solution as the start of another run."""
@@ -79,9 +100,11 @@ def solutions() -> tuple[PublishedRun, ...]:
 
 
 def names() -> list[str]:
-    """All that can be typed, each once: those of any board, then those of each."""
+    """All that can be typed, each once: those of any board, those of each, and those that settings tell apart."""
     every = solutions()
-    return list(dict.fromkeys([*(each.name for each in every), *(each.full_name for each in every)]))
+    best = {name: named(name) for name in dict.fromkeys(each.full_name for each in every)}
+    apart = (each.name_beside(best[each.full_name]) for each in every)
+    return list(dict.fromkeys([*(each.name for each in every), *best, *apart]))
 
 
 def named(text: str) -> PublishedRun:
@@ -91,19 +114,24 @@ def named(text: str) -> PublishedRun:
     environment, task and design, the same fidelity, and as many frames. Of several such groups that of the environment
     with the fewest settings is taken, as an obstacle makes another question, then that of the latest versions, then of
     the finest grid, then of the longest episode: a coarse grid or a short episode may flatter, so that 0.20 m/s there
-    need not be less than 0.24 here. Controller, method, budget and the settings of a design may differ, since scores
-    are to compare these. A solution that tears on a finer grid, or was found at a wall, is taken only if the group has
-    no other.
+    need not be less than 0.24 here. Settings of the environment in the name choose another group. Controller, method,
+    budget and the settings of a design may differ, since scores are to compare these. A solution that tears on a finer
+    grid, or was found at a wall, is taken only if the group has no other.
 
     Raises:
         UnknownNameError: there is none; suggests the nearest.
+        UsageError: the settings of the environment are malformed.
         StorageError: a leaderboard cannot be read.
     """
-    every = solutions()
-    found = [each for each in every if text in (each.name, each.full_name)]
+    every, places = solutions(), _SLASH.split(text.removeprefix(PREFIX))
+    found = [each for each in every if len(places) in (3, 4) and each.is_named(places)]
     if not found:
-        known = {each.full_name if text.count("/") > 2 else each.name for each in every}
-        raise UnknownNameError(f"solution, {PREFIX}ENV/TASK/DESIGN or {PREFIX}BOARD/ENV/TASK/DESIGN:", text, known)
+        raise UnknownNameError(
+            f"solution, {PREFIX}ENV/TASK/DESIGN or {PREFIX}BOARD/ENV/TASK/DESIGN:",
+            text,
+            {each.full_name if len(places) > 3 else each.name for each in every} if "[" not in text else names(),
+            "`zoobench list solutions` names all.",
+        )
     return max(found, key=_standing)
 
 

@@ -96,10 +96,11 @@ def _named_published(text: str) -> str:
 
 
 def words_of(best: published.PublishedRun) -> str:
-    """Which published run it is, for people: its board, method, seed and score or error."""
+    """Which published run it is, for people: its board, environment if that has settings, method, seed and score."""
     spec, wall = best.spec, ", at a wall" if best.at_wall else ""
-    score = quantity_of(spec.task, best.unit).text(best.score)
-    return f"of the leaderboard {best.board}: {spec.method.name}, seed {spec.seed}, {score}{wall}"
+    score, env = quantity_of(spec.task, best.unit).text(best.score), registry.short(Kind.ENV, spec.env)
+    where = f"{env}, " * (env != spec.env.name)
+    return f"of the leaderboard {best.board}: {where}{spec.method.name}, seed {spec.seed}, {score}{wall}"
 
 
 def published_notes(specs: Iterable[RunSpec]) -> Iterator[str]:
