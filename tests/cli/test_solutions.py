@@ -121,6 +121,16 @@ def test_an_unknown_one_is_refused_with_how_to_find_those_that_exist(zoobench: C
     assert listed["solution"].startswith("of the leaderboard mine: random, seed 0")
 
 
+def test_the_start_of_its_key_names_it_where_no_database_has_that(zoobench: Command, database: Path) -> None:
+    """With and without a database; a number is that of a run."""
+    key = SPEC.key()
+    for words in ((key[:14],), (f"run-{key[:16]}",), (key[:14], "--db", database)):
+        reply = zoobench("evaluate", *words, "--env", "ground", "--format", "json")
+        assert reply.code == 0, reply.err
+        assert f"{words[0]} is of the leaderboard mine" in reply.err
+    assert zoobench("evaluate", "12", "--env", "ground", "--db", database).code == 2
+
+
 def test_settings_of_its_environment_are_told() -> None:
     """As they tell an obstacle from another."""
     best = published.named(NAME)

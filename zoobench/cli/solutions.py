@@ -7,6 +7,7 @@ from zoobench.cli.output import say
 from zoobench.errors import UsageError
 
 if TYPE_CHECKING:
+    from zoobench.db.published import PublishedRun
     from zoobench.db.rows import RunRow
     from zoobench.db.store import Store
     from zoobench.methods.archive import Archive
@@ -42,7 +43,8 @@ class NamedSolution:
 def solution_named(text: str, db: str) -> NamedSolution:
     """The solution of a run of the database, or of a published leaderboard, as `best:ground/turning/caterpillar`.
 
-    Which published run it is, is said. Where its environment or task has only newer versions, the newest takes their
+    The start of a key names a published run, too, if the database has none of that key. Which published run it is, is
+    said. Where its environment or task has only newer versions, the newest takes their
     place, with a word.
 
     Raises:
@@ -53,12 +55,35 @@ def solution_named(text: str, db: str) -> NamedSolution:
     from zoobench.db.store import Store
     from zoobench.harness.starts import words_of
 
-    if names_published(text):
-        best = published.named(text)
+    if best := published.named(text) if names_published(text) else _published_by_key(text, db):
         say(f"{text} is {words_of(best)}")
-        return NamedSolution(best.name, None, _of_today(best.spec), best.params, best.score, best.unit)
+        return NamedSolution(text, None, _of_today(best.spec), best.params, best.score, best.unit)
     with Store(db, create=False) as store:
         return solution_of_run(store, text)
+
+
+def is_published(text: str, db: str) -> bool:
+    """Whether a text names a published solution, by name or, unless the database has such a run, by its key."""
+    return names_published(text) or _published_by_key(text, db) is not None
+
+
+def _published_by_key(text: str, db: str) -> "PublishedRun | None":
+    """The published run whose key begins so; None if there is none, or the database has one."""
+    from zoobench.db import published
+    from zoobench.db.store import Store
+    from zoobench.harness.starts import has_database
+
+    key = text.removeprefix("run-").lower()
+    is_number = key.isdecimal() and len(key) < 10  # of a run, see `Reader.run`
+    found = None if is_number or len(key) < 4 else published.with_key(key)
+    if found is None or not has_database(db):
+        return found
+    with Store(db, create=False) as store:
+        try:
+            store.run(text)
+        except UsageError:
+            return found
+    return None
 
 
 def _of_today(spec: "RunSpec") -> "RunSpec":
@@ -105,7 +130,7 @@ def solution_so_far(text: str, db: str) -> NamedSolution | None:
     from zoobench.db.store import Store
     from zoobench.registry import Kind
 
-    if names_published(text):
+    if is_published(text, db):
         return solution_named(text, db)
     with Store(db, create=False) as store:
         run = store.run(text)
