@@ -275,18 +275,22 @@ def _this_or_next(kind: Kind, ref: Ref) -> Component | None:
 
 
 def short(kind: Kind, ref: Ref) -> str:
-    """A component's name with those parameters that are not the default ones.
+    """A component's name with those parameters that are not the default ones, see `unusual`."""
+    return str(Ref(ref.name, 0, tuple(unusual(kind, ref).items())))
 
-    Of a version that is no longer registered it is only its name, and what a parameter was whose default is another by
+
+def unusual(kind: Kind, ref: Ref) -> dict[str, Scalar]:
+    """Those parameters of a reference that are not the component's default ones, sorted.
+
+    Of a version that is no longer registered these are only added ones, and what one was whose default is another by
     now.
     """
     component = _this_or_next(kind, ref)
     if component is None:
-        return ref.name
+        return {}
     stated = component.stated(ref)
     known = stated if ref.version in (0, component.version) else component.added
-    differs = ((key, stated[key]) for key in sorted(known) if component.defaults.get(key) != stated[key])
-    return str(Ref(ref.name, 0, tuple(differs)))
+    return {key: stated[key] for key in sorted(known) if component.defaults.get(key) != stated[key]}
 
 
 def resolve(kind: Kind, ref: Ref) -> Ref:

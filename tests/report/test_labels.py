@@ -1,5 +1,7 @@
 """Short names of components."""
 
+from zoobench import registry
+from zoobench.registry import Kind
 from zoobench.report.labels import labels
 from zoobench.spec import Ref
 
@@ -21,6 +23,17 @@ def test_only_what_differs_is_shown() -> None:
         "desert-v1",
         "desert-v2",
     ]
+
+
+def test_the_object_of_an_environment_is_shown_where_all_have_it() -> None:
+    """As every setting that is no default, also of a version that is gone."""
+    text = "ground-v{}[friction=0.5,object=ball,relief=0.0]"
+    for version in (registry.get(Kind.ENV, "ground").version, 1):
+        ref = Ref.parse(text.format(version))
+        assert labels([ref], Kind.ENV)[ref] == "ground[object=ball]"
+    slippery = Ref.parse("ground-v1[friction=0.2,object=ball,relief=0.0]")
+    assert labels([ref, slippery], Kind.ENV)[slippery] == "ground[friction=0.2,object=ball]"
+    assert labels([ref])[ref] == "ground"
 
 
 def test_labels_stand_in_the_order_of_their_references() -> None:

@@ -6,6 +6,7 @@ from dataclasses import replace
 from itertools import combinations
 from typing import NamedTuple
 
+from zoobench.registry import Kind
 from zoobench.report.entries import entry_labels
 from zoobench.report.labels import labels
 from zoobench.report.lasting import Lasting
@@ -56,8 +57,8 @@ def _lasting(cell: TableCell | None, known: Mapping[int, Lasting]) -> TableCell 
 def confirmation_listing(table: Table, rows: Sequence[BoardRow]) -> Listing:
     """A line for each row of which a method's best solution was evaluated on a finer grid; one alone has no order."""
     chosen = [(row, found) for row in table.rows if (found := _confirmed(row, rows))]
-    names = {axis: labels(getattr(row, axis) for row, _ in chosen) for axis in ("env", "task", "design")}
-    names["env"] = marked(names["env"])
+    names = {"env": marked(labels((row.env for row, _ in chosen), Kind.ENV))}
+    names |= {axis: labels(getattr(row, axis) for row, _ in chosen) for axis in ("task", "design")}
     names_of = entry_labels(table.entries)
     quantity = table.quantity or Quantity(False, "")
     unit = f" [{quantity.unit}]" if quantity.unit else ""

@@ -2,24 +2,30 @@
 
 from collections.abc import Collection, Iterable
 
+from zoobench.registry import Kind, unusual
 from zoobench.spec import Ref, Scalar
 
 
-def labels(refs: Iterable[Ref]) -> dict[Ref, str]:
+def labels(refs: Iterable[Ref], kind: Kind | None = None) -> dict[Ref, str]:
     """A label for each reference: its name, with the version and the parameters only where they differ.
 
-    Names stand in the order of their first references, and so do the references of a name.
+    Names stand in the order of their first references, and so do the references of a name. Of components of a `kind`
+    other parameters than the default ones stay, though all share them: an environment with an object is another.
     """
     families: dict[str, dict[Ref, None]] = {}
     for ref in refs:
         families.setdefault(ref.name, {})[ref] = None
-    return {ref: _label(ref, family) for family in families.values() for ref in family}
+    return {
+        ref: _label(ref, family, {} if kind is None else unusual(kind, ref))
+        for family in families.values()
+        for ref in family
+    }
 
 
-def _label(ref: Ref, family: Collection[Ref]) -> str:
+def _label(ref: Ref, family: Collection[Ref], kept: dict[str, Scalar]) -> str:
     version = ref.version if len({other.version for other in family}) > 1 else 0
-    params = tuple((key, value) for key, value in ref.params if _differs(key, value, family))
-    return str(Ref(ref.name, version, params))
+    params = kept | {key: value for key, value in ref.params if _differs(key, value, family)}
+    return str(Ref(ref.name, version, tuple(sorted(params.items()))))
 
 
 def _differs(key: str, value: Scalar, family: Collection[Ref]) -> bool:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from zoobench.db.rows import OPEN_STATES, RunState
+from zoobench.registry import Kind
 from zoobench.report.entries import Entry, entry_labels
 from zoobench.report.labels import labels
 from zoobench.report.lasting import COLUMN
@@ -18,8 +19,8 @@ _AXES = ("env", "task", "design")
 
 def table_listing(table: Table, normalised: bool = False) -> Listing:
     """The table of one quantity as a person reads it: methods side by side, winners marked, units in headings."""
-    names = {axis: labels(getattr(row, axis) for row in table.rows) for axis in _AXES}
-    names["env"] = marked(names["env"])
+    names = {axis: labels(getattr(row, axis) for row in table.rows) for axis in _AXES[1:]}
+    names["env"] = marked(labels((row.env for row in table.rows), Kind.ENV))
     entries = entry_labels(table.entries)
     # The amount spent is a column only where it is not in the title.
     spent = [table.budget] if isinstance(table.budget, Spending) and table.budget.amount is None else []
@@ -55,7 +56,7 @@ def table_listing(table: Table, normalised: bool = False) -> Listing:
 
 def pivot_listing(table: Table, normalised: bool = False) -> Listing:
     """The table with environments side by side: a row for each task, design and method."""
-    envs = marked(labels(row.env for row in table.rows))
+    envs = marked(labels((row.env for row in table.rows), Kind.ENV))
     names = {axis: labels(getattr(row, axis) for row in table.rows) for axis in ("task", "design")}
     entries = entry_labels(table.entries)
     by_place = {(row.task, row.design, row.env): row for row in table.rows}
