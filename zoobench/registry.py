@@ -117,6 +117,11 @@ class Component:
         return bool(getattr(self.factory, "needs_object", False))
 
     @property
+    def usual_settings(self) -> Mapping[str, Scalar]:
+        """Of a task, those of an environment in which it makes sense; empty where a bare one does."""
+        return getattr(self.factory, "usual_settings", {})
+
+    @property
     def needs_settings(self) -> bool:
         """Whether the bare name is nothing that can be run: a parameter is required, or one of several (`COMPOSED`)."""
         return bool(self.required) or COMPOSED in self.tags

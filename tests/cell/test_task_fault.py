@@ -15,7 +15,7 @@ from zoobench.errors import UsageError
 from zoobench.harness import suites
 from zoobench.harness.grid import GridSpec, Skip, expand
 from zoobench.registry import Kind
-from zoobench.spec import RunSpec
+from zoobench.spec import Ref, RunSpec
 
 
 def test_a_target_that_leaves_the_arena_is_refused() -> None:
@@ -81,14 +81,61 @@ def test_a_task_with_an_object_needs_one(task: str) -> None:
     spec = cell(environment="ice", task=task)
     fault = task_fault(spec)
     assert f"The task '{task}' needs an object, and 'ice' has none here" in fault
-    assert "--env 'ground[object=box]'" in fault
+    assert "Choose an environment with one, such as 'ground[object=box]'" in fault
+    assert "--env" not in fault  # Python has no options
     with pytest.raises(UsageError, match="needs an object"):
         Problem(spec)
     axes = ((spec.env,), (spec.task,), (spec.design,), (spec.controller,), (spec.method,), (0,))
     (run,) = expand(GridSpec(*axes, spec.budget, spec.fidelity, spec.frames))
     assert isinstance(run, Skip)
     assert run.reason == fault
-    assert not task_fault(cell(environment="ice[object=ball]", task=task))
+    usual = tuple(sorted(registry.get(Kind.TASK, task).usual_settings.items()))
+    assert not task_fault(cell(environment=str(Ref("ice", 0, usual)), task=task))
+
+
+@pytest.mark.parametrize(
+    ("task", "environment", "design", "told"),
+    [
+        ("climb", "ground", "caterpillar", "climb on level ground. Give a slope"),
+        ("climb", "desert", "caterpillar", "climb on level ground"),
+        ("carry", "ground[object=box]", "block", "The object is ahead on the ground"),
+        ("carry", "desert[object=box,object_place=left]", "block", "The object is left on the ground"),
+        ("catch", "ground[object=ball]", "block", "Nothing is thrown"),
+        ("jump", "ground", "arm", "'arm' is held at its base, and 'jump' counts how far a body gets"),
+        ("movement-speed", "ice", "gripper", "'gripper' is held at its base"),
+        ("waypoint-following", "ground", "arm", "'arm' is held at its base"),
+    ],
+)
+def test_a_task_that_makes_no_sense_is_refused(task: str, environment: str, design: str, told: str) -> None:
+    """By the plan and the run, with what would make sense."""
+    spec = cell(environment=environment, task=task, design=design)
+    assert told in task_fault(spec)
+    with pytest.raises(UsageError, match=told):
+        Problem(spec)
+
+
+@pytest.mark.parametrize(
+    ("task", "environment", "design"),
+    [
+        ("climb", "ground[slope=10]", "caterpillar"),
+        ("climb", "desert[relief=0.02]", "caterpillar"),
+        ("climb", "ground[obstacle=shaft,obstacle_distance=0,obstacle_length=0.15]", "caterpillar"),
+        ("climb", "ground[object=box]", "caterpillar"),
+        ("climb", "ocean", "fish"),
+        ("carry", "ground[object=box,object_place=back]", "block"),
+        ("carry", "ground[object=ball,object_place=below]", "gripper[base_speed=0.1]"),
+        ("carry", "ocean[water=grid,object=box]", "fish"),
+        ("carry", "ground[obstacle=pegs,object=beam,object_size=0.16,object_height=0.05]", "block"),
+        ("catch", "ground[object=ball,object_speed=0.5]", "block"),
+        ("lift", "ground[object=box]", "caterpillar"),
+        ("movement-speed", "ground", "arm[base_speed=0.1]"),
+        ("turning", "ground", "arm"),
+        ("shape", "ground", "gripper"),
+    ],
+)
+def test_a_task_that_may_make_sense_is_not_refused(task: str, environment: str, design: str) -> None:
+    """Where it is in doubt, too."""
+    assert not task_fault(cell(environment=environment, task=task, design=design))
 
 
 def test_another_task_may_have_objects_about() -> None:

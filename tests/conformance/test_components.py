@@ -9,7 +9,9 @@ import pytest
 from tests.conformance.cells import POND, SEA, TANK, cell
 from zoobench import registry
 from zoobench.arrays import Array
+from zoobench.cell.firm_ground import usual_task
 from zoobench.cell.problem import Problem
+from zoobench.cell.task_fault import sense_fault
 from zoobench.registry import Kind
 from zoobench.spec import Ref
 from zoobench.testing import (
@@ -56,29 +58,40 @@ def _is_fast(env: str, task: str, design: str) -> bool:
     Bodies move on land, or in the pond below if they belong into water. Of the tasks with an object and of obstacles
     the cells below, and `push-to`, whose objective has much in it. All of the product is for `-m slow`.
     """
-    if registry.get(Kind.TASK, task.partition("[")[0]).needs_object:
+    if registry.get(Kind.TASK, task.partition("[")[0]).usual_settings:
         return task == "push-to" and design == "caterpillar" and env == WITH_OBJECT
     if env in SHOWN_ELSEWHERE:
         return False
     if design == "caterpillar":
-        return task == "movement-speed" or (env == "ground" and task != "climb")
-    return task == "movement-speed" and env == "ground" and design not in (*SWIMMERS, *ALIKE)
+        return task == "movement-speed" or env == "ground"
+    return task == usual_task(Ref(design)) and env == "ground" and design not in (*SWIMMERS, *ALIKE)
 
 
-def _possible(env: str, task: str) -> list[str]:
-    """The environment for a task, with a box if it needs one; none where there cannot be one."""
-    if not registry.get(Kind.TASK, task.partition("[")[0]).needs_object:
-        return [env]
-    water = "water=grid," * (env == "ocean")
-    return [f"{env}[{water}object=box,object_gap=0]"] if "object" in registry.get(Kind.ENV, env).parameters else []
+def _possible(env: str, task: str, design: str) -> list[str]:
+    """The environment for a task, with a box if it needs one, on flat backs if it is carried; none if it has no sense.
 
+    A box is something to climb, too: a slope would have kernels of its own. What is thrown or lifted is in cells below.
+    """
+    usual = registry.get(Kind.TASK, task.partition("[")[0]).usual_settings
+    place = env
+    if usual:
+        water = "water=grid," * (env == "ocean")
+        where = "object_place=back" if task == "carry" and not water else "object_gap=0"
+        place = f"{env}[{water}object=box,{where}]"
+        if "object" not in registry.get(Kind.ENV, env).parameters or (task == "carry" and design not in FLAT):
+            return []
+    return [] if sense_fault(Ref.parse(place), Ref.parse(task), Ref(design)) else [place]
+
+
+FLAT = ("block", "caterpillar")
+"""Bodies that keep a box on their backs at smoke."""
 
 BODIES = [name for name in DESIGNS if "space" not in registry.get(Kind.DESIGN, name).tags]
 SWIMMERS = [name for name in DESIGNS if "water" in registry.get(Kind.DESIGN, name).tags]
 CELLS = [
     pytest.param(place, task, design, marks=() if _is_fast(place, task, design) else pytest.mark.slow)
     for env, task, design in itertools.product(ENVS, TASKS, DESIGNS)
-    for place in _possible(env, task)
+    for place in _possible(env, task, design)
 ]
 CELLS += [
     pytest.param(
@@ -107,6 +120,7 @@ CELLS += [
         ("tank", TANK, "movement-speed", ["caterpillar"]),
         ("thrown", THROWN, "catch", ["caterpillar"]),
         ("hills", "ground[relief=0.01,object=ball,object_gap=0]", "topple", ["caterpillar"]),
+        ("below", str(cell(task="lift").env), "lift", ["gripper"]),
     )
     for name in names
 ]

@@ -133,6 +133,8 @@ def test_a_reward_does_not_depend_on_what_comes_after(task: str) -> None:
         ("shape[width=0]", "no body"),
         ("shape[length=1,height=1]", "starts with"),
         ("waypoint-following[path_seed=-1]", "is not possible"),
+        ("push-to[x=0]", "begins at x = 0 and z = 0"),
+        ("reach[x=0,y=0]", "begins at x, y and z = 0"),
         ("mix", "without weights"),
         ("mix[speed=2]", "without weights"),
         ("mix[waypoint_following=1,speed=0]", "is not possible"),

@@ -15,6 +15,11 @@ HELD = "anchored"
 """Tag of designs that hang from a base."""
 
 
+def usual_task(design: Ref) -> str:
+    """A task for a design where none is named: to go ahead, or to reach for a place where it hangs from a base."""
+    return "reach" if HELD in registry.get(Kind.DESIGN, design.name, design.version).tags else "movement-speed"
+
+
 def firm_ground_fault(spec: RunSpec) -> str:
     """Why the run needs firm ground and has none, for its robot's rest frame or its base; empty if it does not."""
     return rest_frame_fault(spec) or held_fault(spec)

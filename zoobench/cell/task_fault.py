@@ -1,18 +1,20 @@
-"""Tasks against environments and bodies: whether there is an object where one is needed, a muscle by which to turn, and
-room to follow a target."""
+"""Tasks against environments and bodies: whether a task makes sense there, as there is an object where one is needed, a
+muscle by which to turn, and room to follow a target."""
 
 from functools import lru_cache
 
 import numpy as np
 
 from zoobench import registry
+from zoobench.cell.firm_ground import HELD
 from zoobench.cell.robot import sampled
 from zoobench.designs.base import Body
-from zoobench.envs.base import Environment
+from zoobench.envs.base import Environment, Stance
 from zoobench.errors import SceneError, UsageError
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.spec import FRAME_SECONDS, Ref, RunSpec
+from zoobench.tasks.task_place import TaskPlace
 
 _ROUNDING = 1e-9  # [m]
 
@@ -20,7 +22,8 @@ _ROUNDING = 1e-9  # [m]
 def task_fault(spec: RunSpec) -> str:
     """Why a run's task is not possible in its environment, or to its body; empty if it is.
 
-    A task with an object needs an environment with one. What is the same left and right turns nowhere. The target of
+    A task with an object needs an environment with one, and what hangs from a base that stays goes nowhere; a task may
+    refuse more, see `Task.fault`. What is the same left and right turns nowhere. The target of
     another task must be followed to the end: a path from a file must last as long as the episode, and where the arena
     does not follow the robot, the target must keep half of the robot's length away from its walls. A body that cannot
     be made is refused elsewhere.
@@ -28,20 +31,49 @@ def task_fault(spec: RunSpec) -> str:
     return _fault(spec.env, spec.task, spec.design, spec.fidelity, spec.frames)
 
 
-def object_fault(env: Ref, task: Ref) -> str:
-    """Why a task that needs an object is not possible in an environment; empty if it is, or needs none."""
-    # a task of a plug-in may lack new parts of the protocol
-    if not getattr(registry.create(Kind.TASK, task), "needs_object", False) or registry.create(Kind.ENV, env).objects:
+def sense_fault(env: Ref, task: Ref, design: Ref | None = None) -> str:
+    """Why a task makes no sense in an environment, or for a design, by their settings alone; empty if it does.
+
+    Args:
+        design: None for a body that stands free.
+    """
+    made, place = registry.create(Kind.TASK, task), registry.create(Kind.ENV, env)
+    if not isinstance(place, Environment):
         return ""
-    return (
-        f"The task {task.name!r} needs an object, and {env.name!r} has none here. Give one, for example "
-        "--env 'ground[object=box]'."
+    # a task of a plug-in may lack new parts of the protocol
+    if getattr(made, "needs_object", False) and not place.objects:
+        return (
+            f"The task {task.name!r} needs an object, and {env.name!r} has none here. Choose an environment with one, "
+            "such as 'ground[object=box]'."
+        )
+    where = _place_of(place, design)
+    if design is not None and where.is_held and getattr(made, "needs_way", False):
+        return (
+            f"The design {design.name!r} is held at its base, and {task.name!r} counts how far a body gets. Choose "
+            "another task, such as 'reach', or another design."
+        )
+    return str(made.fault(where)) if hasattr(made, "fault") else ""
+
+
+def _place_of(env: Environment, design: Ref | None) -> TaskPlace:
+    hangs = design is not None and HELD in registry.get(Kind.DESIGN, design.name, design.version).tags
+    is_moved = hangs and bool(design and design.kwargs.get("base_speed"))
+    objects = env.objects
+    is_level = env.profile.is_level and not env.hills.relief and not (objects or env.obstacles)
+    return TaskPlace(
+        object_place=objects.object_place if objects else "",
+        is_thrown=objects.moves,
+        is_raised=bool(objects.object_height),
+        is_flat=is_level and env.stance is Stance.STANDING,
+        is_deep=env.is_deep,
+        is_held=hangs and not is_moved,
+        is_moved=is_moved,
     )
 
 
 @lru_cache
 def _fault(env_ref: Ref, task_ref: Ref, design: Ref, fidelity: Ref, frames: int) -> str:
-    if fault := object_fault(env_ref, task_ref):
+    if fault := sense_fault(env_ref, task_ref, design):
         return fault
     env: Environment = registry.create(Kind.ENV, env_ref)
     task = registry.create(Kind.TASK, task_ref)

@@ -79,12 +79,15 @@ def _newest(run: str, db: str, chosen: tuple[str, str, str, str], frames: int | 
         chosen: environment, task, design and fidelity as they were given, empty for those of the run.
         frames: None for those of the run.
     """
+    from zoobench.cell.firm_ground import usual_task
     from zoobench.cell.free_cell import free_cell, with_gait
     from zoobench.inputs import Start
     from zoobench.render.watching import Watched
+    from zoobench.spec import Ref
 
     if not run:
-        usual = ("ground", "movement-speed", "caterpillar", "draft")
+        design = chosen[2] or "caterpillar"
+        usual = ("ground", usual_task(Ref.parse(design)), design, "draft")
         env, task, design, fidelity = (given or default for given, default in zip(chosen, usual, strict=True))
         cell = free_cell(env, task, design, fidelity, frames or _FRAMES)
         by_hand = Watched(cell, f"{cell.design.name} in {cell.env.name}: {cell.task.name}")

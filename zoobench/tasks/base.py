@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple, Protocol, runtime_checka
 import numpy as np
 
 from zoobench.arrays import Array
+from zoobench.spec import Scalar
+from zoobench.tasks.task_place import TaskPlace
 
 if TYPE_CHECKING:
     import torch
@@ -251,16 +253,25 @@ class Task(Protocol):
         unit: of score, reward and objective.
         needs_object: whether it reads an object, so that it is possible only where there is one.
         needs_sides: whether only a body with muscles that differ left and right can do it.
+        usual_settings: of an environment in which the task makes sense, for a robot on the ground, where a bare one is
+            not enough or not what is meant; `below` is for one that hangs.
+        needs_way: whether it counts how far the body itself gets, which one that is held at its base cannot.
     """
 
     unit: ClassVar[str]
     needs_object: ClassVar[bool] = False
     needs_sides: ClassVar[bool] = False
+    needs_way: ClassVar[bool] = False
+    usual_settings: ClassVar[Mapping[str, Scalar]] = {}
 
     @property
     def routes(self) -> "tuple[Route, ...]":
         """The paths of its targets, for which the arena must have room; by default none."""
         return ()
+
+    def fault(self, where: TaskPlace) -> str:
+        """Why the task makes no sense there, and what does; empty if it does, as by default."""
+        return ""
 
     def reward(self, motion: Motion) -> "Tensor":
         """Reward of every control frame `[frames, worlds]`; higher is better.

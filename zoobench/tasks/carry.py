@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, ClassVar
 
 from zoobench.errors import UsageError
 from zoobench.registry import Kind, register
+from zoobench.spec import Scalar
 from zoobench.tasks.base import Motion
 from zoobench.tasks.object_readings import object_way
 from zoobench.tasks.object_task import ObjectTask, along
+from zoobench.tasks.task_place import TaskPlace
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -36,12 +38,23 @@ class Carry(ObjectTask):
     drop_penalty: float = 10.0
     allowed_fall: float = 0.005
     unit: ClassVar[str] = "m"
+    needs_way: ClassVar[bool] = True
+    usual_settings: ClassVar[Mapping[str, Scalar]] = {"object": "sheet", "object_size": 0.16, "object_place": "back"}
 
     def __post_init__(self) -> None:
         if not self.drop_penalty >= 0.0:
             raise UsageError(f"A drop_penalty of {self.drop_penalty:g} is not possible. Give 0 or more.")
         if not 0.0 <= self.allowed_fall < math.inf:
             raise UsageError(f"An allowed_fall of {self.allowed_fall:g} m is not possible. Give 0 or more.")
+
+    def fault(self, where: TaskPlace) -> str:
+        """What stands on the ground beside a robot is not on it."""
+        if where.object_place in ("back", "below") or where.is_raised or where.is_deep or where.is_moved:
+            return ""
+        return (
+            f"The object is {where.object_place} on the ground, and 'carry' takes along what is on the robot. Put it "
+            "on its back, as in 'ground[object=sheet,object_size=0.16,object_place=back]', or choose 'push'."
+        )
 
     def reward(self, motion: Motion) -> "Tensor":
         """Way of the object less the penalty for its present fall `[frames, worlds]` [m]."""

@@ -1,13 +1,16 @@
 """Catch: keep an object that comes flying off the ground (Catcher of EvoGym, Bhatia et al. 2021)."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from zoobench.registry import Kind, register
+from zoobench.spec import Scalar
 from zoobench.tasks.base import Motion
 from zoobench.tasks.object_readings import object_way
 from zoobench.tasks.object_task import ObjectTask
 from zoobench.tasks.readings import late_mean
+from zoobench.tasks.task_place import TaskPlace
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -26,6 +29,21 @@ class Catch(ObjectTask):
     """
 
     unit: ClassVar[str] = "m"
+    usual_settings: ClassVar[Mapping[str, Scalar]] = {
+        "object": "ball",
+        "object_gap": 0.15,
+        "object_speed": 0.6,
+        "object_speed_up": 1.2,
+    }
+
+    def fault(self, where: TaskPlace) -> str:
+        """What lies still is not caught."""
+        if where.is_thrown:
+            return ""
+        return (
+            "Nothing is thrown that could be caught. Give the object a velocity, as in "
+            "'ground[object=ball,object_gap=0.15,object_speed=0.6,object_speed_up=1.2]', or choose 'lift'."
+        )
 
     def reward(self, motion: Motion) -> "Tensor":
         """Rise of the object's centre since the start, at the end of every frame `[frames, worlds]` [m]."""

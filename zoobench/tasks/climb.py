@@ -5,8 +5,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from zoobench.registry import Kind, register
+from zoobench.spec import Scalar
 from zoobench.tasks.base import Motion, Task
 from zoobench.tasks.readings import common_readings, late_mean
+from zoobench.tasks.task_place import TaskPlace
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -22,6 +24,17 @@ class Climb(Task):
     """
 
     unit: ClassVar[str] = "m"
+    needs_way: ClassVar[bool] = True
+    usual_settings: ClassVar[Mapping[str, Scalar]] = {"slope": 10.0}
+
+    def fault(self, where: TaskPlace) -> str:
+        """Level ground with nothing on it has nothing to climb."""
+        if not where.is_flat:
+            return ""
+        return (
+            "Nothing is there to climb on level ground. Give a slope, steps, hills or an obstacle, as in "
+            "'ground[slope=10]' or 'ground[obstacle=shaft,obstacle_distance=0]'."
+        )
 
     def reward(self, motion: Motion) -> "Tensor":
         """Height gained until the end of every frame `[frames, worlds]` [m]."""

@@ -29,6 +29,7 @@ class FinalPosition(Task):
     x: float = 0.1
     z: float = 0.0
     unit: ClassVar[str] = "m"
+    needs_way: ClassVar[bool] = True
     observed_parts: ClassVar[Mapping[str, ObservedPart]] = {
         "target_position": ObservedPart("body lengths", "from the centre of mass: ahead, right"),
     }

@@ -32,6 +32,7 @@ class Jump(Task):
     """
 
     unit: ClassVar[str] = "m"
+    needs_way: ClassVar[bool] = True
 
     def reward(self, motion: Motion) -> "Tensor":
         """Height of the lowest particle less half of the way from the start `[frames, worlds]` [m]."""

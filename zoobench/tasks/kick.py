@@ -1,9 +1,11 @@
 """Kick: send an object away from the robot (Kick of DittoGym, Huang et al. 2024; Thrower of EvoGym)."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from zoobench.registry import Kind, register
+from zoobench.spec import Scalar
 from zoobench.tasks.base import Motion
 from zoobench.tasks.object_readings import object_way, robot_way
 from zoobench.tasks.object_task import ObjectTask, along
@@ -28,6 +30,7 @@ class Kick(ObjectTask):
 
     heading: float = 0.0
     unit: ClassVar[str] = "m"
+    usual_settings: ClassVar[Mapping[str, Scalar]] = {"object": "ball", "object_gap": 0.0}
 
     def reward(self, motion: Motion) -> "Tensor":
         """Way of the object less that of the robot, until the end of every frame `[frames, worlds]` [m]."""

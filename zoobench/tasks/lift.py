@@ -1,9 +1,11 @@
 """Lift: raise an object and hold it (Lifter of EvoGym, Bhatia et al. 2021)."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from zoobench.registry import Kind, register
+from zoobench.spec import Scalar
 from zoobench.tasks.base import Motion
 from zoobench.tasks.object_readings import object_way
 from zoobench.tasks.object_task import ObjectTask
@@ -24,6 +26,7 @@ class Lift(ObjectTask):
     """
 
     unit: ClassVar[str] = "m"
+    usual_settings: ClassVar[Mapping[str, Scalar]] = {"object": "ball", "object_size": 0.05, "object_place": "below"}
 
     def reward(self, motion: Motion) -> "Tensor":
         """Rise of the object's centre since the start, at the end of every frame `[frames, worlds]` [m]."""

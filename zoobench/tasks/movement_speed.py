@@ -29,6 +29,7 @@ class MovementSpeed(Task):
 
     heading: float = 0.0
     unit: ClassVar[str] = "m/s"
+    needs_way: ClassVar[bool] = True
     observed_parts: ClassVar[Mapping[str, ObservedPart]] = {
         "target_direction": ObservedPart("-", "unit vector: ahead, right"),
     }

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, ClassVar
 
+from zoobench.spec import Scalar
 from zoobench.tasks.base import Motion, ObservedPart, Situation, Task
 from zoobench.tasks.heading import direction
 from zoobench.tasks.object_readings import OBJECT_PARTS, object_readings, object_seen
@@ -15,6 +16,7 @@ class ObjectTask(Task):
     """A task with the first object of the environment, whose score is the reward of the last frame."""
 
     needs_object: ClassVar[bool] = True
+    usual_settings: ClassVar[Mapping[str, Scalar]] = {"object": "box"}
     observed_parts: ClassVar[Mapping[str, ObservedPart]] = OBJECT_PARTS
 
     def observed(self, situation: Situation) -> Mapping[str, "Tensor"]:

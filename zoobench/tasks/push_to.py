@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
+from zoobench.errors import UsageError
 from zoobench.registry import Kind, register
 from zoobench.tasks.base import Motion, ObservedPart, Situation, constant
 from zoobench.tasks.object_readings import OBJECT_PARTS, object_seen, object_way
@@ -35,6 +36,10 @@ class PushTo(ObjectTask):
         **OBJECT_PARTS,
         "target_position": ObservedPart("body lengths", "from the object's centre: ahead, right"),
     }
+
+    def __post_init__(self) -> None:
+        if not (self.x or self.z):
+            raise UsageError("The object begins at x = 0 and z = 0, and cannot be brought there. Give another x or z.")
 
     def observed(self, situation: Situation) -> Mapping[str, "Tensor"]:
         """The object, and the place relative to its centre [body lengths], ahead and right."""

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
+from zoobench.errors import UsageError
 from zoobench.registry import Kind, register
 from zoobench.tasks.base import Motion, ObservedPart, Situation, Task, constant
 from zoobench.tasks.readings import common_readings
@@ -32,6 +33,10 @@ class Reach(Task):
     observed_parts: ClassVar[Mapping[str, ObservedPart]] = {
         "target_position": ObservedPart("body lengths", "from the centre of mass, were it the head: ahead, right, up"),
     }
+
+    def __post_init__(self) -> None:
+        if not (self.x or self.y or self.z):
+            raise UsageError("The head begins at x, y and z = 0, and cannot be brought there. Give one another value.")
 
     def observed(self, situation: Situation) -> Mapping[str, "Tensor"]:
         """The place, from the centre of mass as it moves [body lengths], ahead, right and up."""

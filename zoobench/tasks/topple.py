@@ -1,9 +1,11 @@
 """Topple: upset an object (BeamToppler of EvoGym, Bhatia et al. 2021)."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from zoobench.registry import Kind, register
+from zoobench.spec import Scalar
 from zoobench.tasks.base import Motion
 from zoobench.tasks.object_readings import object_tilt
 from zoobench.tasks.object_task import ObjectTask
@@ -25,6 +27,7 @@ class Topple(ObjectTask):
     """
 
     unit: ClassVar[str] = "rad"
+    usual_settings: ClassVar[Mapping[str, Scalar]] = {"object": "column", "object_size": 0.16, "object_gap": 0.0}
 
     def reward(self, motion: Motion) -> "Tensor":
         """Tilt of the object since the start, at the end of every frame `[frames, worlds]` [rad]."""

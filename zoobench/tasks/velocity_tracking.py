@@ -45,6 +45,7 @@ class VelocityTracking(PathTask):
 
     direction_weight: float = 0.9
     unit: ClassVar[str] = "m/s"
+    needs_way: ClassVar[bool] = True
     observed_parts: ClassVar[Mapping[str, ObservedPart]] = {
         "target_velocity": ObservedPart("body lengths/s", "ahead, right"),
     }

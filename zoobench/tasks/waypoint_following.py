@@ -37,6 +37,7 @@ class WaypointFollowing(PathTask):
 
     tolerance: float = 0.02
     unit: ClassVar[str] = "m"
+    needs_way: ClassVar[bool] = True
     observed_parts: ClassVar[Mapping[str, ObservedPart]] = {
         "target_position": ObservedPart("body lengths", "from the centre of mass: ahead, right"),
         "target_velocity": ObservedPart("body lengths/s", "ahead, right"),

@@ -80,18 +80,18 @@ def gradcheck(
 
 
 def _possible(envs: Sequence["Ref"], tasks: Sequence["Ref"]) -> list[tuple["Ref", "Ref"]]:
-    """The pairs in which there is an object where the task needs one; the others are said.
+    """The pairs in which the task makes sense, as there is an object where it needs one; the others are said.
 
     Raises:
         UsageError: there is none.
     """
-    from zoobench.cell.task_fault import object_fault
+    from zoobench.cell.task_fault import sense_fault
 
-    faults = {cell: object_fault(*cell) for cell in product(envs, tasks)}
+    faults = {cell: sense_fault(*cell) for cell in product(envs, tasks)}
     if all(faults.values()):
         raise UsageError(next(iter(faults.values())))
     if skipped := [f"{one_env} x {one_task}" for (one_env, one_task), fault in faults.items() if fault]:
-        say(f"Skipped without an object: {', '.join(skipped)}.")
+        say(f"Skipped, as the task makes no sense there: {', '.join(skipped)}.")
     return [cell for cell, fault in faults.items() if not fault]
 
 
