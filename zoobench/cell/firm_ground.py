@@ -14,6 +14,9 @@ _IDLE = ("transfer", "medium_transfer", "kernel", "sleep")
 HELD = "anchored"
 """Tag of designs that hang from a base."""
 
+GRIPPER = "gripper"
+"""Tag of those that have room for an object below."""
+
 
 def usual_task(design: Ref) -> str:
     """A task for a design where none is named: to go ahead, or to reach for a place where it hangs from a base."""

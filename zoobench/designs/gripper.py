@@ -18,7 +18,7 @@ _TIP = 0.25
 """Share of a finger's length that is its tip."""
 
 
-@register(Kind.DESIGN, "gripper", tags=("land", "anchored"))
+@register(Kind.DESIGN, "gripper", tags=("land", "anchored", "gripper"))
 @dataclass(frozen=True, kw_only=True)
 class Gripper:
     """Fingers that hang from a base and close about what is between them.

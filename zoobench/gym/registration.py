@@ -6,7 +6,9 @@ import gymnasium
 from gymnasium.envs.registration import namespace, register
 
 from zoobench import registry
-from zoobench.cell.firm_ground import HELD
+from zoobench.cell.firm_ground import GRIPPER, HELD
+from zoobench.cell.task_fault import sense_fault
+from zoobench.errors import UsageError
 from zoobench.registry import Kind
 from zoobench.spec import Ref
 
@@ -16,28 +18,47 @@ FRAMES = 200
 
 
 def register_envs() -> None:
-    """Register every possible combination of environment, body and task once.
+    """Register every combination of environment, body and task that makes sense once.
 
-    A task with an object has a box ahead of the robot, or below one that hangs, where an environment takes objects;
-    nothing hangs in the water that an environment has by default, which takes no objects.
+    Where a bare environment is not enough for a task, it has the task's usual settings: what is carried lies on the
+    robot's back, what is caught is thrown, and a slope is climbed. What others have ahead is below a gripper.
     """
-    wet = {name for name in registry.names(Kind.ENV) if registry.create(Kind.ENV, Ref(name)).is_deep}
-    for env, design, task in product(registry.names(Kind.ENV), _bodies(), _tasks()):
-        name = name_of(env, design, task)
-        is_with_object = registry.get(Kind.TASK, task).needs_object
-        hangs = HELD in registry.get(Kind.DESIGN, design).tags
-        is_impossible = is_with_object and "object" not in registry.get(Kind.ENV, env).parameters
-        if is_impossible or ((hangs or is_with_object) and env in wet) or f"{_NAMESPACE}/{name}" in gymnasium.registry:
+    for env, task in product(registry.names(Kind.ENV), _tasks()):
+        places: dict[frozenset[str], str] = {}
+        for design in _bodies():
+            hanging = registry.get(Kind.DESIGN, design).tags & {HELD, GRIPPER}
+            if hanging not in places:
+                places[hanging] = _place(env, task, design, grips=GRIPPER in hanging)
+            name = name_of(env, design, task)
+            if not places[hanging] or f"{_NAMESPACE}/{name}" in gymnasium.registry:
+                continue
+            with namespace(_NAMESPACE):
+                register(
+                    id=name,
+                    entry_point="zoobench.gym.single:ZooEnv",
+                    vector_entry_point="zoobench.gym.vector:ZooVectorEnv",
+                    max_episode_steps=FRAMES,
+                    kwargs={"env": places[hanging], "design": design, "task": task},
+                )
+
+
+def _place(env: str, task: str, design: str, *, grips: bool) -> str:
+    """The environment in which a task makes sense for a design, bare or with settings; empty if there is none."""
+    if HELD in registry.get(Kind.DESIGN, design).tags and registry.create(Kind.ENV, Ref(env)).is_deep:
+        return ""
+    usual = dict(registry.get(Kind.TASK, task).usual_settings)
+    if grips and "object" in usual and usual.keys() <= {"object", "object_gap"}:
+        usual = {"object": usual["object"], "object_place": "below"}
+    # below a robot there is room under a gripper alone, and a gripper works there alone
+    is_possible = grips == (usual.get("object_place") == "below") or "object" not in usual
+    for settings in ({}, usual) if is_possible else ({},):
+        ref = Ref(env, 0, tuple(sorted(settings.items())))
+        try:
+            if not sense_fault(ref, Ref(task), Ref(design)):
+                return str(ref)
+        except UsageError:  # it takes no such settings
             continue
-        settings = f"[object=box{',object_place=below' * hangs}]" * is_with_object
-        with namespace(_NAMESPACE):
-            register(
-                id=name,
-                entry_point="zoobench.gym.single:ZooEnv",
-                vector_entry_point="zoobench.gym.vector:ZooVectorEnv",
-                max_episode_steps=FRAMES,
-                kwargs={"env": f"{env}{settings}", "design": design, "task": task},
-            )
+    return ""
 
 
 def name_of(env: str, design: str, task: str) -> str:
