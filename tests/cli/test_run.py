@@ -57,13 +57,13 @@ def test_run_tells_its_plan_and_ends_with_the_next_command(
 
 
 def test_a_policy_for_a_design_space_is_refused_in_the_plan(zoobench: Command, tmp_path: Path) -> None:
-    """Nothing of it is queued, as it would fail when it began; that nothing was run is an error."""
+    """Nothing of it is queued, as it would fail when it began; that nothing is left is an error."""
     words = ("--env", "ground", "--task", "turning", "--design", "voxel", "--controller", "policy-network")
     for dry in (("--dry-run",), ()):
         reply = zoobench("run", *dry, *words, "--method", "ppo", "--seeds", "1")
         assert "'ppo' needs a body that is given, and the design 'voxel' is a design space" in reply.err
-    assert reply.code == 2
-    assert "Nothing was run" in reply.err
+        assert reply.code == 2
+        assert "Nothing is left to run" in reply.err
     assert states(tmp_path / "zoobench.db") == [RunState.SKIPPED]
 
 

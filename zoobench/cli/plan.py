@@ -6,11 +6,13 @@ from typing import TYPE_CHECKING
 
 from zoobench.cli.options import coarsest_fidelity
 from zoobench.cli.output import Format, emit, say
+from zoobench.errors import UsageError
 from zoobench.spec import Ref, RunSpec
 
 if TYPE_CHECKING:
     from zoobench.db.many_rows import PastTotal
     from zoobench.db.rows import RunState
+    from zoobench.harness.grid import Skip
     from zoobench.harness.request import RunRequest
     from zoobench.report.estimate import Estimate, Estimator, Rate
 
@@ -55,6 +57,17 @@ def show_plan(asked: "RunRequest", jobs: int, db: str, form: Format) -> None:
         say(note)
     for skip in skips:
         say(f"  skipped {skip.spec}: {skip.reason}")
+    check_anything_is_left(cells)
+
+
+def check_anything_is_left(cells: "Iterable[RunSpec | Skip]") -> None:
+    """Raise UsageError if every combination was skipped."""
+    from zoobench.harness.grid import Skip
+
+    if all(isinstance(cell, Skip) for cell in cells):
+        raise UsageError(
+            "Nothing is left to run: every combination was skipped, for the reasons above. Change what they name."
+        )
 
 
 _TO_DO = ("new", "queued", "running", "skipped")

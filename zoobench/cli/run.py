@@ -21,7 +21,7 @@ from zoobench.cli.options import (
     takes,
 )
 from zoobench.cli.output import Format, say
-from zoobench.cli.plan import expected_memory, show_plan
+from zoobench.cli.plan import check_anything_is_left, expected_memory, show_plan
 from zoobench.errors import UsageError
 from zoobench.spec import AXES
 
@@ -104,10 +104,7 @@ def run(
     if engine is not None and on.startswith("ray"):
         engine = partial(engine, memory=expected_memory(cell for cell in cells if not isinstance(cell, Skip)))
     queued = queue(cells, db, retry=retry, rerun=rerun, priority=priority)
-    if all(isinstance(cell, Skip) for cell in cells):
-        raise UsageError(
-            "Nothing was run: every combination was skipped, for the reasons above. Change what they name."
-        )
+    check_anything_is_left(cells)
     if no_wait:
         _tell_sweep(queued, db)
     else:
