@@ -130,13 +130,8 @@ def _ladders(values: dict[tuple[str, str], str], robots: Iterable[str], levels: 
 
 
 def speeds() -> str:
-    """Moving, from the board `gaits`, where it is complete."""
-    return _moving("gaits", ("ground", "ice", "desert", "ocean"))
-
-
-def beds() -> str:
-    """Moving on other beds, from the board `beds`."""
-    return _moving("beds", ("snow", "clay", "wetland"))
+    """Moving, from the board `gaits`."""
+    return _moving("gaits", ("ground", "ice", "desert", "clay", "wetland", "ocean"))
 
 
 def bodies() -> str:
@@ -270,7 +265,7 @@ def _rows(name: str) -> list[dict[str, str]]:
 
 TABLES: dict[str, Callable[[], str]] = {
     "accuracy": accuracy, "softness": softness, "foot": foot, "rest-frame": rest_frame, "judge": judge,
-    "speeds": speeds, "beds": beds, "bodies": bodies,
+    "speeds": speeds, "bodies": bodies,
     "speed": speed, "objects-before": objects_before, "objects-new": objects_new,
 }  # fmt: skip
 
