@@ -22,7 +22,7 @@ _PLAN = ("--env", "ice", "--task", "turning", "--design", "fish", "--method", "r
 _COMMANDS = {
     "table": ["table"],
     "table of one environment": ["table", "--env", "ice"],
-    "table of a suite": ["leaderboard", "show", "laptop"],
+    "table of a suite": ["leaderboard", "show", "gaits"],
     "run --dry-run of 4 runs": ["run", "--dry-run", *_PLAN],
     "results of one cell": ["results", *_CELL],
     "curves of one cell": ["curves", *_CELL],

@@ -1,6 +1,6 @@
 """Film published solutions: `python docs/films.py` writes docs/animals.gif and docs/manipulation.mp4.
 
-The first has three animals in three media, the second the best solutions of eleven tasks of the suite `manipulation`.
+The first has three animals in three media, the second the best solutions of eleven rows of the board `manipulation`.
 Five minutes of one core.
 """
 

@@ -132,7 +132,7 @@ def test_settings_of_the_environment_choose_among_several(tmp_path: Path, monkey
         replace(LEFT, env=replace(LEFT.env, params=(*LEFT.env.params, ("obstacle", "slot"), ("opening", opening))))
         for opening in (0.05, 0.06)
     )
-    publish(_board(tmp_path / "a.db", [3.0, 2.0, 1.0], [LEFT, slot, tall], "a"), tmp_path / "boards")
+    publish(_board(tmp_path / "a.db", [3.0, 2.0, 1.0], [LEFT, slot, tall], "a"), tmp_path / "boards", unknown)
     monkeypatch.setattr(published, "folder", lambda: tmp_path / "boards")
     assert published.named(NAME).score == 3.0
     assert published.named("best:desert[obstacle=slot]/turning/caterpillar").score == 2.0

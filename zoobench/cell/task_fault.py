@@ -42,14 +42,15 @@ def sense_fault(env: Ref, task: Ref, design: Ref | None = None) -> str:
         return ""
     # a task of a plug-in may lack new parts of the protocol
     if getattr(made, "needs_object", False) and not place.objects:
+        usual = ",".join(f"{name}={value}" for name, value in getattr(made, "usual_settings", {}).items())
         return (
             f"The task {task.name!r} needs an object, and {env.name!r} has none here. Choose an environment with one, "
-            "such as 'ground[object=box]'."
+            f"such as 'ground[{usual or 'object=box'}]'."
         )
     where = _place_of(place, design)
     if design is not None and where.is_held and getattr(made, "needs_way", False):
         return (
-            f"The design {design.name!r} is held at its base, and {task.name!r} counts how far a body gets. Choose "
+            f"The design {design.name!r} is held at its base, and {task.name!r} needs a body that is free. Choose "
             "another task, such as 'reach', or another design."
         )
     return str(made.fault(where)) if hasattr(made, "fault") else ""

@@ -362,7 +362,8 @@ def kept_fields(scene: Scene, fidelity: Fidelity) -> int:
     ratio = (scene.medium is not None and scene.medium.material.is_liquid) or has_fbar(scene, fidelity)
     before = fidelity.transfer == "aflip" or (scene.medium is not None and medium_transfer(scene, fidelity) == "aflip")
     layers = 1 + len(scene.objects) + (scene.medium is not None and scene.medium.friction is not None)
-    surface = has_skin(scene) and bool(scene.objects)
+    aslant = scene.ground is not None and scene.ground.terrain is not None
+    surface = has_skin(scene) and aslant and bool(scene.objects)
     return layers * (1 + before + has_skin(scene) + surface + ratio)
 
 

@@ -9,9 +9,10 @@ Nodes at which friction acts lie up to a cell and a half above the surface. Ther
 the surface, and nearer to the axis that it turns about: friction against the nodes' own velocity, with their lever,
 brakes a ball. Where a body `rolls` (see `layout.Variant`), it acts at the surface:
 
-* Friction at a node is limited by an impulse that particles give it by another share, in the fourth lane of PUSH: that
-  of the point of the surface below them, by linear splines. The shares add up to one and their centre is that point, so
-  that friction has the force of Coulomb's law, and its lever. On a plane it acts on the nodes of the plane alone.
+* Friction at a node is limited by an impulse that particles give it by another share, in the fourth lane of PUSH: their
+  own spline's times the linear spline of the point of the surface below them, divided by the sum in each direction. The
+  shares add up to one, so that friction has the force of Coulomb's law, and none is where the particle has no mass. On
+  a plane it acts on the nodes of the plane alone, with the lever of the surface.
 * On a terrain, whose nodes are above and below the surface, it is against the velocity of the matter's surface, v - s,
   with s = sum w j C (x_node - x_surface) / sum w j over the particles that feel the layer by an impulse j n, from a
   field of its own, SURFACE, and its fourth lane.
@@ -34,9 +35,9 @@ from zoobench.sim.kernels.columns import (
     transposed_matvec,
     zero_lanes,
 )
-from zoobench.sim.kernels.context import Around, Field
+from zoobench.sim.kernels.context import Around
 from zoobench.sim.kernels.layout import PUSH, SURFACE, VOLUME, C, X, add_columns, columns, layer
-from zoobench.sim.kernels.splines import LINEAR, stencil, weight_derivatives, weights
+from zoobench.sim.kernels.splines import stencil, weight_derivatives, weights
 from zoobench.sim.kernels.transfer import by_offset, gather_slopes, motion_adjoint, scatter, scatter_value
 
 STOP_NODES = 2
@@ -100,9 +101,38 @@ def layer_force(gap, edge, scene: ti.template()):
 
 
 @ti.func
-def foot_of(c: ti.template(), p, place, below: ti.template()):
-    """Linear stencil of the point of the ground's surface below a place."""
-    return stencil(place - below.gap * below.normal, c.scene, layer(c, p), LINEAR)
+def _turn(foot, held, k: ti.template()):
+    """Derivative of the linear weight of node k by the place of the foot, which is `held` within the stencil."""
+    found = 0.0 * held
+    if foot == held and ti.abs(held - k) < 1.0:
+        if held < k:
+            found = found + 1.0
+        elif held > k:
+            found = found - 1.0
+    return found
+
+
+@ti.func
+def foot_shares(c: ti.template(), at: ti.template(), share: ti.template(), slopes: ti.template(), below: ti.template()):
+    """Shares of the nodes of a particle's stencil in the limit of friction, as weights of a spline, and their
+    derivatives by the offsets of the particle and of the point below it. `slopes` are of the splines, `share`.
+
+    That point is moved into the stencil where it is not, and has no derivative then.
+    """
+    last = ti.static(c.variant.width - 1)
+    foot = at.offset - (below.gap * c.scene.inverse) * below.normal
+    held = ti.max(0.0, ti.min(1.0 * last, foot))
+    near = [ti.max(0.0, 1.0 - ti.max(held - k, k - held)) for k in ti.static(range(last + 1))]
+    turn = [ti.Vector([_turn(foot[d], held[d], k) for d in ti.static(range(4))]) for k in ti.static(range(last + 1))]
+    total, by_place, by_foot = 0.0 * held, 0.0 * held, 0.0 * held
+    for k in ti.static(range(last + 1)):
+        total += near[k] * share[k]
+        by_place += near[k] * slopes[k]
+        by_foot += turn[k] * share[k]
+    shares = [near[k] * share[k] / total for k in ti.static(range(last + 1))]
+    moved = [(near[k] * slopes[k] - shares[k] * by_place) / total for k in ti.static(range(last + 1))]
+    turned = [(turn[k] * share[k] - shares[k] * by_foot) / total for k in ti.static(range(last + 1))]
+    return shares, moved, turned
 
 
 @ti.func
@@ -124,13 +154,14 @@ def push(c: ti.template(), p):
         force, _rate = layer_force(below.gap, edge, c.scene)
         at = stencil(place, c.scene, layer(c, p), c.variant.width)
         size = c.dt * c.body[c.w, p, 0][VOLUME] * force
-        near = Around(at, weights(at.offset, c.variant.width))
+        share = weights(at.offset, c.variant.width)
+        near = Around(at, share)
         scatter_value(c.field(PUSH, c.start), near, size * below.normal)
         if ti.static(c.variant.rolling):
             if p >= c.scene.first[0]:
-                foot = foot_of(c, p, place, below)
-                limits = Field(c.grid, PUSH, c.nodes, c.start, LINEAR)
-                scatter_value(limits, Around(foot, weights(foot.offset, LINEAR)), fourth(size))
+                slopes = weight_derivatives(at.offset, c.variant.width)
+                shares, _moved, _turned = foot_shares(c, at, share, slopes, below)
+                scatter_value(c.field(PUSH, c.start), Around(at, shares), fourth(size))
                 if ti.static(c.variant.rolling_aslant):
                     origin, slope = surface_motion(c, p, size, below, at.offset)
                     scatter(c.field(SURFACE, c.start), near, origin, slope)
@@ -152,9 +183,9 @@ def push_adjoint(c: ti.template(), p):
         by_size, by_gap, by_turn = dot(below.normal, held), 0.0 * size, size * spatial(held)
         if ti.static(c.variant.rolling):
             if p >= c.scene.first[0]:
-                held_below, by_foot = limit_adjoint(c, p, size, place, below)
-                by_weights += by_foot
-                by_size += held_below
+                by_own, by_foot, limited = limit_adjoint(c, size, near, below)
+                by_weights += by_own + by_foot
+                by_size += limited
                 by_gap -= c.scene.inverse * dot(below.normal, by_foot)
                 by_turn -= (c.scene.inverse * below.gap) * by_foot
                 if ti.static(c.variant.rolling_aslant):
@@ -176,12 +207,13 @@ def push_adjoint(c: ti.template(), p):
 
 
 @ti.func
-def limit_adjoint(c: ti.template(), p, size, place, below: ti.template()):
-    """Adjoint of the limit of friction that an impulse of this size gives: by the size, and by the foot [1/cells]."""
-    foot = foot_of(c, p, place, below)
-    share, slopes = weights(foot.offset, LINEAR), weight_derivatives(foot.offset, LINEAR)
-    found = gather_slopes(Field(c.grid_adjoint, PUSH, c.nodes, 0, LINEAR), Around(foot, share, slopes))
-    return found.total[3], by_offset(found, fourth(size))
+def limit_adjoint(c: ti.template(), size, near: ti.template(), below: ti.template()):
+    """Adjoint of the limit of friction that an impulse of this size gives: by the offsets of the particle and of the
+    point below it, and by the size."""
+    shares, moved, turned = foot_shares(c, near.at, near.w, near.dw, below)
+    found = gather_slopes(c.adjoint_of(PUSH), Around(near.at, shares, moved))
+    below_it = gather_slopes(c.adjoint_of(PUSH), Around(near.at, shares, turned))
+    return by_offset(found, fourth(size)), by_offset(below_it, fourth(size)), found.total[3]
 
 
 @ti.func

@@ -13,7 +13,7 @@ import taichi as ti
 from zoobench.sim.model.fidelity import SPLINES
 
 LINEAR = 2
-"""Width of the trilinear weights, which only `fbar` has."""
+"""Width of the trilinear weights of `fbar`."""
 
 QUADRATIC, CUBIC = SPLINES["quadratic"].width, SPLINES["cubic"].width
 
