@@ -237,8 +237,9 @@ def objects_new() -> str:
 def _closed_forms(head: tuple[str, ...], shown: dict[tuple[str, str], tuple[str, ...]]) -> str:
     found: dict[tuple[str, str], dict[str, str]] = defaultdict(dict)
     for row in _rows("docs/accuracy-objects.csv"):
-        before, grid, after = re.split(r",(?: box of)? (\d cells)", row["measure"])
-        found[row["case"], before + after][grid] = _rounded(float(row["value"]), 3)
+        parts = re.split(r",(?: box of)? (\d cells)", row["measure"])
+        if len(parts) == 3:  # what is measured at another spacing is not in the table
+            found[row["case"], parts[0] + parts[2]][parts[1]] = _rounded(float(row["value"]), 3)
     grids = ("4 cells", "6 cells", "8 cells")
     return _table((*head, *grids), ((*told, *(found[what][grid] for grid in grids)) for what, told in shown.items()))
 
@@ -312,7 +313,8 @@ def _words(method: Ref) -> str:
         "neat": "NEAT",
         "evolution": "evolution",
     }
-    return names[method.name] + (", sigma 0.3" if method.kwargs.get("sigma") == 0.3 else "")
+    sigma = f", sigma {method.kwargs['sigma']:g}" if method.name == "cmaes" else ""
+    return names[method.name] + sigma
 
 
 def _speed(row: dict[str, str] | None) -> str:

@@ -59,7 +59,7 @@ def object_slides(record: CaseRecorder) -> None:
     for part in (0.0, 0.7):
         h = 1 / 192
         way = _sliding(h, Ground(0.5, terrain=Terrain(np.full((24, 14), (4.0 + part) * h), 0.02)))
-        record.within(f"way over the exact one, 1/192 m, {part:g} cells above a node", way / exact, 0.97, 1.03)
+        record.within(f"way over the exact one, 1/192 m, terrain at {part:g} of a cell", way / exact, 0.97, 1.03)
     _draw(record, "Box that slides from 1 m/s, μ = 0.5", "way [mm]", {"MPM": found}, 1e3 * exact)
 
 
