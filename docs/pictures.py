@@ -334,7 +334,7 @@ def methods() -> Iterator[tuple[str, np.ndarray]]:
             width, opacity = (2.4, 1.0) if method.name == name else (1.0, 0.8)
             axes.step(
                 drawn.spent, drawn.mean, stroke, where="post", color=colour, linewidth=width, alpha=opacity,
-                label=method.name,
+                label=method.name + (f", sigma {method.kwargs['sigma']:g}" if method.name == "cmaes" else ""),
             )  # fmt: skip
             if method.name == name:
                 axes.fill_between(drawn.spent, drawn.low, drawn.high, step="post", color=colour, alpha=0.2, linewidth=0)
