@@ -105,7 +105,7 @@ def object_sinks(record: CaseRecorder) -> None:
     _draw(record, "Ball twice as dense as water", "acceleration over the exact one [-]", {"MPM": found}, 1.0)
 
 
-@case("object-rests", "Coulomb 1785: rest below μ = tan θ", "box of 4, 6 and 8 cells", precision=32)
+@case("object-rests", "Coulomb 1785: rest below μ = tan θ", "box of 4, 6 and 8 cells", precision=32, is_fast=False)
 def object_rests(record: CaseRecorder) -> None:
     """A box stays on a slope of 10° with μ = 0.5, about whose compliant skin it swings."""
     slope, found = math.radians(10.0), []
