@@ -102,6 +102,7 @@ def test_a_task_with_an_object_needs_one(task: str) -> None:
         ("carry", "ground[object=box]", "block", "The object is ahead on the ground"),
         ("carry", "desert[object=box,object_place=left]", "block", "The object is left on the ground"),
         ("catch", "ground[object=ball]", "block", "Nothing is thrown"),
+        ("mix[movement-speed=1,turning=0.2]", "ground", "arm", "'arm' is held at its base, and 'mix' needs a body"),
         ("jump", "ground", "arm", "'arm' is held at its base, and 'jump' needs a body that is free"),
         ("movement-speed", "ice", "gripper", "'gripper' is held at its base"),
         ("waypoint-following", "ground", "arm", "'arm' is held at its base"),

@@ -14,6 +14,7 @@ from zoobench.errors import SceneError, UsageError
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.spec import FRAME_SECONDS, Ref, RunSpec
+from zoobench.tasks.mix import Mix
 from zoobench.tasks.task_place import TaskPlace
 
 _ROUNDING = 1e-9  # [m]
@@ -48,7 +49,8 @@ def sense_fault(env: Ref, task: Ref, design: Ref | None = None) -> str:
             f"such as 'ground[{usual or 'object=box'}]'."
         )
     where = _place_of(place, design)
-    if design is not None and where.is_held and getattr(made, "needs_way", False):
+    parts = [part for _, part in made.terms.values()] if isinstance(made, Mix) else [made]
+    if design is not None and where.is_held and any(getattr(part, "needs_way", False) for part in parts):
         return (
             f"The design {design.name!r} is held at its base, and {task.name!r} needs a body that is free. Choose "
             "another task, such as 'reach', or another design."
