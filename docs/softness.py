@@ -1,8 +1,8 @@
 """Measure and draw how scores on clay and in mud depend on the grid as the soil softens.
 
 `python docs/softness.py` evaluates the best gaits of `gaits` that move four animals, found on sand and on clay, on
-softer and softer beds, writes each score into docs/softness.csv as it comes, and draws docs/softness.png. What the file
-has already is not done again. About 20 minutes of one core.
+softer and softer beds (those in the file were on a board before it), writes each score into docs/softness.csv as it
+comes, and draws docs/softness.png. What the file has already is not done again. About 20 minutes of one core.
 """
 
 import csv

@@ -104,7 +104,7 @@ class Ref:
         if match["version"] and not int(match["version"]):
             raise UsageError(f"{text!r} asks for version 0, and versions count from 1. Leave it out for the newest.")
         params: dict[str, Scalar] = {}
-        for item in filter(None, _parts(match["params"] or "")):
+        for item in filter(None, split_outside_brackets(match["params"] or "")):
             key, separator, value = item.partition("=")
             if not separator or not key.strip() or not value.strip():
                 raise UsageError(f"Cannot read the parameter {item!r} of {text!r}. Write key=value.")
@@ -129,12 +129,12 @@ class Ref:
         return f"{self.name}{version}" + (f"[{params}]" if params else "")
 
 
-def _parts(text: str) -> list[str]:
-    """The parts of a text between those commas that stand in no brackets: a setting may name a solution with some."""
+def split_outside_brackets(text: str, separator: str = ",") -> list[str]:
+    """The parts of a text between separators that stand in no brackets: a setting may name a solution with some."""
     parts, depth = [""], 0
     for sign in text:
         depth += (sign == "[") - (sign == "]")
-        if sign == "," and depth <= 0:
+        if sign == separator and depth <= 0:
             parts.append("")
         else:
             parts[-1] += sign
@@ -147,7 +147,7 @@ def _alternatives(text: str) -> list[str]:
     if "|" not in rest or not rest.endswith("]"):
         return [text]
     choices = []
-    for item in _parts(rest[:-1]):
+    for item in split_outside_brackets(rest[:-1]):
         key, sign, values = item.partition("=")
         choices.append([f"{key}{sign}{value}" for value in values.split("|")])
     return [f"{head}{bracket}{','.join(chosen)}]" for chosen in product(*choices)]
@@ -176,7 +176,7 @@ class Selector:
         Raises:
             UsageError: one of them has another shape.
         """
-        return [cls._parse(each) for item in _parts(text) for each in _alternatives(item.strip())]
+        return [cls._parse(each) for item in split_outside_brackets(text) for each in _alternatives(item.strip())]
 
     @classmethod
     def _parse(cls, text: str) -> Self:

@@ -24,10 +24,10 @@ def task_fault(spec: RunSpec) -> str:
     """Why a run's task is not possible in its environment, or to its body; empty if it is.
 
     A task with an object needs an environment with one, and what hangs from a base that stays goes nowhere; a task may
-    refuse more, see `Task.fault`. What is the same left and right turns nowhere. The target of
-    another task must be followed to the end: a path from a file must last as long as the episode, and where the arena
-    does not follow the robot, the target must keep half of the robot's length away from its walls. A body that cannot
-    be made is refused elsewhere.
+    refuse more, see `Task.fault`. What is the same left and right turns nowhere. The target of another task must be
+    followed to the end: a path from a file must last as long as the episode, and where the arena does not follow the
+    robot, the target must keep half of the robot's length away from its walls. A body that cannot be made is refused
+    elsewhere.
     """
     return _fault(spec.env, spec.task, spec.design, spec.fidelity, spec.frames)
 

@@ -9,7 +9,7 @@ from typer import Exit
 
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, DoneRunsArgument, FormatOption, component_option
 from zoobench.cli.output import Format, emit, emit_several, say
-from zoobench.cli.solutions import NamedSolution, is_published, solution_named, solution_of_run
+from zoobench.cli.solutions import NamedSolution, published_run, solution_of_published, solution_of_run
 from zoobench.cli.steps import Steps
 from zoobench.cli.studies import save_each
 from zoobench.errors import DivergenceError, UsageError
@@ -49,9 +49,10 @@ def evaluate(
     from zoobench.studies.transfer_study import stored
 
     targets = targets_of(env, task, fidelity)
-    published = [solution_named(text, db) for text in runs if is_published(text, db)]
+    named = [(text, published_run(text, db)) for text in runs]
+    published = [solution_of_published(text, best) for text, best in named if best]
     own = []
-    if typed := [text for text in runs if not is_published(text, db)]:
+    if typed := [text for text, best in named if not best]:
         with Store(db, create=False) as store:
             own = [solution_of_run(store, text) for text in typed]
     episodes = [_Episode(each, cell) for each in (*own, *published) for cell in targets.of(each.spec)]

@@ -44,35 +44,36 @@ def solution_named(text: str, db: str) -> NamedSolution:
     """The solution of a run of the database, or of a published leaderboard, as `best:ground/turning/caterpillar`.
 
     The start of a key names a published run, too, if the database has none of that key. Which published run it is, is
-    said. Where its environment or task has only newer versions, the newest takes their
-    place, with a word.
+    said. Where its environment or task has only newer versions, the newest takes their place, with a word.
 
     Raises:
         UsageError: there is no such run, or it has no solution.
         StorageError: the database or leaderboard cannot be read.
     """
-    from zoobench.db import published
     from zoobench.db.store import Store
-    from zoobench.harness.starts import words_of
 
-    if best := published.named(text) if names_published(text) else _published_by_key(text, db):
-        say(f"{text} is {words_of(best)}")
-        return NamedSolution(text, None, _of_today(best.spec), best.params, best.score, best.unit)
+    if best := published_run(text, db):
+        return solution_of_published(text, best)
     with Store(db, create=False) as store:
         return solution_of_run(store, text)
 
 
-def is_published(text: str, db: str) -> bool:
-    """Whether a text names a published solution, by name or, unless the database has such a run, by its key."""
-    return names_published(text) or _published_by_key(text, db) is not None
+def solution_of_published(text: str, best: "PublishedRun") -> NamedSolution:
+    """That of the published run that a text names, which is said."""
+    from zoobench.harness.starts import words_of
+
+    say(f"{text} is {words_of(best)}")
+    return NamedSolution(text, None, _of_today(best.spec), best.params, best.score, best.unit)
 
 
-def _published_by_key(text: str, db: str) -> "PublishedRun | None":
-    """The published run whose key begins so; None if there is none, or the database has one."""
+def published_run(text: str, db: str) -> "PublishedRun | None":
+    """The published run of this name, or whose key begins so; None if there is none, or the database has the key."""
     from zoobench.db import published
     from zoobench.db.store import Store
     from zoobench.harness.starts import has_database
 
+    if names_published(text):
+        return published.named(text)
     key = text.removeprefix("run-").lower()
     is_number = key.isdecimal() and len(key) < 10  # of a run, see `Reader.run`
     found = None if is_number or len(key) < 4 else published.with_key(key)
@@ -130,8 +131,8 @@ def solution_so_far(text: str, db: str) -> NamedSolution | None:
     from zoobench.db.store import Store
     from zoobench.registry import Kind
 
-    if is_published(text, db):
-        return solution_named(text, db)
+    if published := published_run(text, db):
+        return solution_of_published(text, published)
     with Store(db, create=False) as store:
         run = store.run(text)
         if run.has_ended:

@@ -7,7 +7,6 @@ database.
 
 import json
 import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -17,11 +16,9 @@ from typing import Any
 from zoobench.db.walls import wall_gap_in
 from zoobench.errors import StorageError, UnknownNameError, UsageError
 from zoobench.inputs import Start
-from zoobench.spec import AXES, Ref, RunSpec, is_at_wall
+from zoobench.spec import AXES, Ref, RunSpec, is_at_wall, split_outside_brackets
 
 PREFIX = "best:"
-
-_SLASH = re.compile(r"/(?![^\[]*\])")  # outside of brackets
 
 
 @dataclass(frozen=True)
@@ -123,7 +120,7 @@ def named(text: str) -> PublishedRun:
         UsageError: the settings of the environment are malformed.
         StorageError: a leaderboard cannot be read.
     """
-    every, places = solutions(), _SLASH.split(text.removeprefix(PREFIX))
+    every, places = solutions(), split_outside_brackets(text.removeprefix(PREFIX), "/")
     found = [each for each in every if len(places) in (3, 4) and each.is_named(places)]
     if not found:
         raise UnknownNameError(

@@ -44,9 +44,9 @@ def _stood(body: ElasticBody, size: Vector, ground: Ground, h: float) -> Elastic
     return standing(Scene(body, (0, 0, 0), size, ground=ground, gravity=_DOWN), h / 2).robot
 
 
-def _grain(h: float) -> ElasticBody:
-    """The robot of a scene about objects, far from them."""
-    return passive_body(_MATTER, np.array([[0.02, 0.02, 0.02]]), (h / 2) ** 3)
+def _grain(h: float, ground: float = 0.0) -> ElasticBody:
+    """The robot of a scene about objects, far from them, above the ground at this height [m]."""
+    return passive_body(_MATTER, np.array([[0.02, ground + 0.02, 0.02]]), (h / 2) ** 3)
 
 
 @case("object-slides", "v^2 / 2 μ g", "box of 4, 6 and 8 cells, and 1/192 m", precision=32, is_fast=False)
@@ -72,8 +72,7 @@ def _sliding(h: float, ground: Ground) -> float:
     edges = _EDGE, _EDGE / 2, _EDGE
     box = _stood(_box((0.1, high, 0.075), h, (1.0, 0.0, 0.0), edges), size, ground, h)
     sliding = SceneObject("box", box, ground_friction=0.5)
-    grain = passive_body(_MATTER, np.array([[0.02, high + 0.02, 0.02]]), (h / 2) ** 3)
-    scene = Scene(grain, (0, 0, 0), size, ground=ground, gravity=_DOWN, objects=(sliding,))
+    scene = Scene(_grain(h, high), (0, 0, 0), size, ground=ground, gravity=_DOWN, objects=(sliding,))
     rig = Rig(scene, h, 0.3, precision=32, courant=0.8)
     rig.advance(rig.steps)
     return float((rig.positions[scene.slice_of("box")] - box.positions)[:, 0].mean())

@@ -113,26 +113,22 @@ def _turn(foot, held, k: ti.template()):
 
 
 @ti.func
-def foot_shares(c: ti.template(), at: ti.template(), share: ti.template(), slopes: ti.template(), below: ti.template()):
-    """Shares of the nodes of a particle's stencil in the limit of friction, as weights of a spline, and their
-    derivatives by the offsets of the particle and of the point below it. `slopes` are of the splines, `share`.
-
-    That point is moved into the stencil where it is not, and has no derivative then.
-    """
-    last = ti.static(c.variant.width - 1)
+def foot_of(c: ti.template(), at: ti.template(), below: ti.template()):
+    """The point of the surface below a particle, from the first node of its stencil [cells], and the same moved into
+    it."""
     foot = at.offset - (below.gap * c.scene.inverse) * below.normal
-    held = ti.max(0.0, ti.min(1.0 * last, foot))
-    near = [ti.max(0.0, 1.0 - ti.max(held - k, k - held)) for k in ti.static(range(last + 1))]
-    turn = [ti.Vector([_turn(foot[d], held[d], k) for d in ti.static(range(4))]) for k in ti.static(range(last + 1))]
-    total, by_place, by_foot = 0.0 * held, 0.0 * held, 0.0 * held
-    for k in ti.static(range(last + 1)):
+    return foot, ti.max(0.0, ti.min(1.0 * ti.static(c.variant.width - 1), foot))
+
+
+@ti.func
+def foot_shares(c: ti.template(), held, share: ti.template()):
+    """Shares of the nodes of a particle's stencil in the limit of friction, as weights of a spline; the linear weights
+    of the point below it, and the sums of the products of both, by which they are divided."""
+    near = [ti.max(0.0, 1.0 - ti.max(held - k, k - held)) for k in ti.static(range(c.variant.width))]
+    total = 0.0 * held
+    for k in ti.static(range(c.variant.width)):
         total += near[k] * share[k]
-        by_place += near[k] * slopes[k]
-        by_foot += turn[k] * share[k]
-    shares = [near[k] * share[k] / total for k in ti.static(range(last + 1))]
-    moved = [(near[k] * slopes[k] - shares[k] * by_place) / total for k in ti.static(range(last + 1))]
-    turned = [(turn[k] * share[k] - shares[k] * by_foot) / total for k in ti.static(range(last + 1))]
-    return shares, moved, turned
+    return [near[k] * share[k] / total for k in ti.static(range(c.variant.width))], near, total
 
 
 @ti.func
@@ -159,8 +155,8 @@ def push(c: ti.template(), p):
         scatter_value(c.field(PUSH, c.start), near, size * below.normal)
         if ti.static(c.variant.rolling):
             if p >= c.scene.first[0]:
-                slopes = weight_derivatives(at.offset, c.variant.width)
-                shares, _moved, _turned = foot_shares(c, at, share, slopes, below)
+                _foot, held = foot_of(c, at, below)
+                shares, _near, _total = foot_shares(c, held, share)
                 scatter_value(c.field(PUSH, c.start), Around(at, shares), fourth(size))
                 if ti.static(c.variant.rolling_aslant):
                     origin, slope = surface_motion(c, p, size, below, at.offset)
@@ -210,7 +206,18 @@ def push_adjoint(c: ti.template(), p):
 def limit_adjoint(c: ti.template(), size, near: ti.template(), below: ti.template()):
     """Adjoint of the limit of friction that an impulse of this size gives: by the offsets of the particle and of the
     point below it, and by the size."""
-    shares, moved, turned = foot_shares(c, near.at, near.w, near.dw, below)
+    share, slopes = ti.static(near.w, near.dw)
+    foot, held = foot_of(c, near.at, below)
+    shares, linear, total = foot_shares(c, held, share)
+    turn = [
+        ti.Vector([_turn(foot[d], held[d], k) for d in ti.static(range(4))]) for k in ti.static(range(c.variant.width))
+    ]
+    by_place, by_foot = 0.0 * held, 0.0 * held
+    for k in ti.static(range(c.variant.width)):
+        by_place += linear[k] * slopes[k]
+        by_foot += turn[k] * share[k]
+    moved = [(linear[k] * slopes[k] - shares[k] * by_place) / total for k in ti.static(range(c.variant.width))]
+    turned = [(turn[k] * share[k] - shares[k] * by_foot) / total for k in ti.static(range(c.variant.width))]
     found = gather_slopes(c.adjoint_of(PUSH), Around(near.at, shares, moved))
     below_it = gather_slopes(c.adjoint_of(PUSH), Around(near.at, shares, turned))
     return by_offset(found, fourth(size)), by_offset(below_it, fourth(size)), found.total[3]
