@@ -30,6 +30,10 @@ class UnknownNameError(UsageError):
         super().__init__(f"Unknown {kind} {name!r}. {hint} {choices}".replace("  ", " "))
 
 
+class UnknownRunError(UsageError):
+    """No run has the number, or a key that begins so."""
+
+
 class SceneError(UsageError):
     """A scene that cannot be simulated: matter outside the arena, an empty body, a negative density."""
 

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from itertools import count, islice
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from zoobench.cell.problem import Problem
 from zoobench.cli import completion, solutions
 from zoobench.db import published
 from zoobench.db.rows import FinalRow, RunState
+from zoobench.db.store import Store
 from zoobench.harness.starts import words_of
 from zoobench.report.leaderboard import Attempt, BoardRow, Leaderboard
 from zoobench.report.leaderboard_export import to_text
@@ -136,3 +138,14 @@ def test_settings_of_its_environment_are_told() -> None:
     best = published.named(NAME)
     slot = replace(best, spec=cell(environment="ground[obstacle=slot]"))
     assert words_of(slot).startswith("of the leaderboard mine: ground[obstacle=slot], random, seed 0")
+
+
+def test_a_start_of_a_key_that_several_runs_share_is_refused(zoobench: Command, database: Path) -> None:
+    """Though a published run has it, too: who means a run of the database must not get another one."""
+    shared = SPEC.key()[:4]
+    with Store(database) as store:
+        likes = (replace(SPEC, seed=seed) for seed in count(1))
+        store.enqueue([*islice((spec for spec in likes if spec.key().startswith(shared)), 2)])
+    reply = zoobench("evaluate", shared, "--env", "ground", "--db", database)
+    assert reply.code == 2
+    assert f"Several runs match '{shared}'" in reply.err

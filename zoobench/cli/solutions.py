@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from zoobench.cli.output import say
-from zoobench.errors import UsageError
+from zoobench.errors import UnknownRunError, UsageError
 
 if TYPE_CHECKING:
     from zoobench.db.published import PublishedRun
@@ -67,22 +67,26 @@ def solution_of_published(text: str, best: "PublishedRun") -> NamedSolution:
 
 
 def published_run(text: str, db: str) -> "PublishedRun | None":
-    """The published run of this name, or whose key begins so; None if there is none, or the database has the key."""
+    """The published run of this name, or whose key begins so; None if there is none, or the database has the key.
+
+    Raises:
+        UsageError: several runs of the database have a key that begins so.
+    """
     from zoobench.db import published
+    from zoobench.db.query import is_number
     from zoobench.db.store import Store
     from zoobench.harness.starts import has_database
 
     if names_published(text):
         return published.named(text)
     key = text.removeprefix("run-").lower()
-    is_number = key.isdecimal() and len(key) < 10  # of a run, see `Reader.run`
-    found = None if is_number or len(key) < 4 else published.with_key(key)
+    found = None if is_number(key) or len(key) < 4 else published.with_key(key)
     if found is None or not has_database(db):
         return found
     with Store(db, create=False) as store:
         try:
             store.run(text)
-        except UsageError:
+        except UnknownRunError:
             return found
     return None
 

@@ -37,9 +37,14 @@ from zoobench.db.runs import fetch_runs, last_former_attempt
 from zoobench.db.schema import prepare
 from zoobench.db.specs import spec_from
 from zoobench.db.studies import load_studies
-from zoobench.errors import UsageError
+from zoobench.errors import UnknownRunError, UsageError
 from zoobench.inputs import Start, named_runs
 from zoobench.spec import RunSpec
+
+
+def is_number(text: str) -> bool:
+    """Whether a text is a run's number, not the start of its key."""
+    return text.isdecimal() and len(text) < 10
 
 
 class Reader(ManyReader):
@@ -71,10 +76,11 @@ class Reader(ManyReader):
         """The run with this id or with a key that starts with this text (at least 4 letters).
 
         Raises:
-            UsageError: no run, or several, match.
+            UnknownRunError: no run matches.
+            UsageError: several do, or the text is too short.
             StorageError: its settings are damaged.
         """
-        is_id = prefix.isdecimal() and len(prefix) < 10
+        is_id = is_number(prefix)
         if not is_id and len(prefix) < 4:
             raise UsageError(f"{prefix!r} names no run. Give its number, or 4 letters or more of its key.")
         by_key = RunRecord.spec_key.startswith(prefix.lower(), autoescape=True)
@@ -83,9 +89,11 @@ class Reader(ManyReader):
             found = list(fetch_runs(session, None, chosen))
             if not found and (key := session.scalar(select(RunRecord.spec_key).where(chosen).limit(1))):
                 spec_from(key, session.get_one(SpecRecord, key).document)
-        if len(found) != 1:
-            problem = "Several runs match" if found else "No run matches"
-            raise UsageError(f"{problem} {prefix!r}. `zoobench status` lists the runs with their numbers.")
+        listing = "`zoobench status` lists the runs with their numbers."
+        if not found:
+            raise UnknownRunError(f"No run matches {prefix!r}. {listing}")
+        if len(found) > 1:
+            raise UsageError(f"Several runs match {prefix!r}. {listing}")
         return found[0]
 
     def newest(self, count: int) -> list[RunRow]:
