@@ -29,6 +29,7 @@ PAGES = (
     "docs/accuracy-rest-frame.md",
     "docs/accuracy-judge.md",
     "docs/accuracy-objects.md",
+    "docs/guide/objects.md",
     "docs/guide/results.md",
     "docs/guide/results-bodies.md",
 )
@@ -146,6 +147,50 @@ def bodies() -> str:
             for space in spaces
         ),
     )
+
+
+def policies() -> str:
+    """From the board `control`: a row for each environment and task, a column for each method and controller."""
+    found: dict[tuple[str, str], dict[str, dict[str, str]]] = defaultdict(dict)
+    for row in _rows("leaderboards/control.csv"):
+        env, task, controller, method = (
+            Ref.parse(row[axis]) for axis in ("env", "task", "controller", "method")
+        )  # fmt: skip
+        column = f"{'policy' if controller.name == 'policy-network' else 'gait'}: {_words(method)} [mm/s]"
+        found[_PLACES[env.name], _TASKS[task.name]][column] = row
+    columns = list(dict.fromkeys(column for cells in found.values() for column in cells))
+    return _table(
+        ("place", "task", *columns),
+        ((*place, *(_speed(cells.get(column)) for column in columns)) for place, cells in found.items()),
+    )
+
+
+def manipulation() -> str:
+    """From the board of that name, in mm and mm/s: for each task and body the mean of either method, and its best
+    solution, here and on the finest grid on which it was evaluated."""
+    text = (ROOT / "leaderboards/manipulation.json").read_text(encoding="utf-8")
+    finer = {
+        (run.spec.env, run.spec.task, run.spec.design, run.spec.method): f"{_mm(run.score)} → {_mm(run.finer.score)}"
+        for run in from_text(text, "manipulation").rows
+        if run.finer
+    }
+    found: dict[tuple[Ref, ...], dict[bool, tuple[str, str]]] = defaultdict(dict)
+    for row in _rows("leaderboards/manipulation.csv"):
+        *cell, method = (Ref.parse(row[axis]) for axis in ("env", "task", "design", "method"))
+        found[tuple(cell)][method.name == "cmaes"] = _speed(row), finer.get((*cell, method), "")
+    none = ("", "")
+    return _table(
+        ("task", "body", "gradient, mean", "its best", "CMA-ES, mean", "its best"),
+        (
+            (f"`{task.name}`" + _obstacle(env), f"`{design.name}`", *methods.get(False, none), *methods.get(True, none))
+            for (env, task, design), methods in found.items()
+        ),
+    )  # fmt: skip
+
+
+def _obstacle(env: Ref) -> str:
+    name = env.kwargs.get("obstacle", "none")
+    return "" if name == "none" else f", {name}"
 
 
 def judge() -> str:
@@ -266,7 +311,7 @@ def _rows(name: str) -> list[dict[str, str]]:
 
 TABLES: dict[str, Callable[[], str]] = {
     "accuracy": accuracy, "softness": softness, "foot": foot, "rest-frame": rest_frame, "judge": judge,
-    "speeds": speeds, "bodies": bodies,
+    "speeds": speeds, "bodies": bodies, "policies": policies, "manipulation": manipulation,
     "speed": speed, "objects-before": objects_before, "objects-new": objects_new,
 }  # fmt: skip
 
@@ -312,6 +357,7 @@ def _words(method: Ref) -> str:
         "random": "random search",
         "neat": "NEAT",
         "evolution": "evolution",
+        "ppo": "PPO",
     }
     sigma = f", sigma {method.kwargs['sigma']:g}" if method.name == "cmaes" else ""
     return names[method.name] + sigma
@@ -345,6 +391,10 @@ def _lasting(board: str) -> dict[tuple[str, str], tuple[float, str, str]]:
         speed, method = max(last, default=(0.0, ""))
         found[place] = speed, f"{_rounded(1000 * speed, 3)} ({method})" if last else "none", kept
     return found
+
+
+def _mm(metres: float) -> str:
+    return _rounded(1000 * metres, 3)
 
 
 def _table(head: Iterable[str], body: Iterable[Iterable[str]]) -> str:
