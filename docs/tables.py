@@ -132,7 +132,7 @@ def _ladders(values: dict[tuple[str, str], str], robots: Iterable[str], levels: 
 
 def speeds() -> str:
     """Moving, from the board `gaits`."""
-    return _moving("gaits", ("ground", "ice", "desert", "clay", "wetland", "ocean"))
+    return _moving("gaits", ("ground", "ice", "desert", "clay", "wetland", "snow", "ocean"))
 
 
 def bodies() -> str:
