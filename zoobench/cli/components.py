@@ -1,6 +1,5 @@
 """`zoobench list` and `zoobench show`: all components, and one component or run in full."""
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,11 +12,14 @@ from zoobench.cli.output import Format, emit, emit_facts, emit_json, print_text,
 from zoobench.cli.run_log import print_log
 from zoobench.cli.solutions import may_be_run, names_published, names_run
 from zoobench.errors import UnknownNameError, UsageError
-from zoobench.report.listing import Listing, cell_text, listing_of
+from zoobench.report.listing import Listing, cell_text
 from zoobench.spec import AXES, Ref, RunSpec
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from zoobench.registry import Component
+    from zoobench.spec import Budget
 
 
 def _kinds(incomplete: str) -> list[str]:
@@ -53,51 +55,18 @@ def list_components(
     if kind is KindName.SOLUTIONS:
         emit(Listing(("name", "solution"), tuple(completion.solutions_like(published.PREFIX))), form)
         return
-    rows = []
+    rows: list[tuple[str, str, int | None, str, str | None]] = []
     for each in registry.Kind:
         if kind in (None, KindName(each)):
             found = (registry.get(each, name) for name in registry.names(each))
-            rows += [
-                _Listed(str(item.kind), item.name, item.version, item.summary, registry.caveat(each, item.ref) or None)
-                for item in found
-            ]
+            rows += [(each, item.name, item.version, item.summary, registry.caveat(each, item.ref)) for item in found]
     if kind in (None, KindName.SUITES):
         found_suites = (item for name in suites.names() for item in suites.summaries(name).items())
-        rows += [_Listed(str(KindName.SUITES), name, None, summary) for name, summary in found_suites]
-    people = (
-        (row.kind, row.name, row.version, f"{row.summary}{' (provisional)' * (row.provisional is not None)}")
-        for row in rows
-    )
-    listing = Listing(("kind", "name", "version", "summary"), tuple(people))
-    emit(listing, form, programs=listing_of(_Listed, rows))
-
-
-@dataclass(frozen=True)
-class _Listed:
-    """A component or a suite, which has no version; `provisional` says why its scores are."""
-
-    kind: str
-    name: str
-    version: int | None
-    summary: str
-    provisional: str | None = None
-
-
-@dataclass(frozen=True)
-class _Preset:
-    """The settings of a preset; components are separated by commas, as on the command line."""
-
-    name: str
-    summary: str
-    fidelity: str
-    frames: int
-    budget_kind: str
-    budget_amount: float
-    seeds: int
-    designs: str
-    controllers: str
-    methods: str
-    envs: str
+        rows += [(KindName.SUITES, name, None, summary, "") for name, summary in found_suites]
+    columns = ("kind", "name", "version", "summary")
+    people = tuple((*row[:3], f"{row[3]}{' (provisional)' * bool(row[4])}") for row in rows)
+    programs = tuple((*row[:4], row[4] or None) for row in rows)
+    emit(Listing(columns, people), form, programs=Listing((*columns, "provisional"), programs))
 
 
 def show(
@@ -153,21 +122,22 @@ def _emit_presets(form: Format) -> None:
     """Print the settings of each preset."""
     from zoobench.harness import presets
 
-    rows = []
-    for preset in map(presets.get, presets.names()):
-        axes = (preset.designs, preset.controllers, preset.methods, preset.envs)
-        budget, lists = preset.budget, (",".join(str(ref) for ref in refs) for refs in axes)
-        rows.append(
-            _Preset(preset.name, preset.summary, str(preset.fidelity), preset.frames, budget.kind, budget.amount,
-                    len(preset.seeds), *lists)
-        )  # fmt: skip
-    shown = [
-        (row.name, row.summary, row.fidelity, row.frames, f"{row.budget_amount:.10g} {row.budget_kind}", row.seeds,
-         row.designs, row.controllers, row.methods, row.envs)
-        for row in rows
-    ]  # fmt: skip
-    columns = ("name", "summary", "fidelity", "frames", "budget", "seeds", "designs", "controllers", "methods", "envs")
-    emit(Listing(columns, tuple(shown)), form, programs=listing_of(_Preset, rows))
+    found = [presets.get(name) for name in presets.names()]
+    lists = [
+        [",".join(map(str, refs)) for refs in (each.designs, each.controllers, each.methods, each.envs)]
+        for each in found
+    ]
+    begin, end = ("name", "summary", "fidelity", "frames"), ("seeds", "designs", "controllers", "methods", "envs")
+
+    def listing(budget: tuple[str, ...], amount: "Callable[[Budget], tuple[object, ...]]") -> Listing:
+        rows = (
+            (each.name, each.summary, str(each.fidelity), each.frames, *amount(each.budget), len(each.seeds), *own)
+            for each, own in zip(found, lists, strict=True)
+        )
+        return Listing((*begin, *budget, *end), tuple(rows))
+
+    people = listing(("budget",), lambda budget: (str(budget),))
+    emit(people, form, programs=listing(("budget_kind", "budget_amount"), lambda each: (each.kind, each.amount)))
 
 
 def _components(text: str) -> list["Component"]:

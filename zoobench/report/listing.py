@@ -125,6 +125,11 @@ def listing_of(kind: type[Any], rows: Iterable[Any], **more: Any) -> Listing:
     return Listing(names, tuple(tuple(asdict(row).values()) for row in rows), **more)
 
 
+def listing_by(columns: Mapping[str, Callable[[Any], Any]], items: Iterable[Any]) -> Listing:
+    """A listing for programs: a row for each item, with what each column takes of it."""
+    return Listing(tuple(columns), tuple(tuple(take(item) for take in columns.values()) for item in items))
+
+
 def cell_text(value: Any) -> str:
     """A cell as a person reads it: four significant digits, but all of a whole number; an empty cell for None."""
     if value is None:

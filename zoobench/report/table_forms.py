@@ -1,14 +1,14 @@
 """Tables of scores in the forms in which they are printed."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 from zoobench.db.rows import OPEN_STATES, RunState
 from zoobench.registry import Kind
 from zoobench.report.entries import Entry, entry_labels
 from zoobench.report.labels import labels
 from zoobench.report.lasting import COLUMN
-from zoobench.report.listing import Listing, Measured, listing_of
+from zoobench.report.listing import Listing, Measured, listing_by
 from zoobench.report.provisional import footnotes, marked
 from zoobench.report.table_cell import TableCell, spent_alike
 from zoobench.report.tables import Row, Spending, Table
@@ -30,7 +30,7 @@ def table_listing(table: Table, normalised: bool = False) -> Listing:
         (
             *(names[axis][getattr(row, axis)] for axis in _AXES),
             *(row.amount for _ in spent),
-            *(_shown(cell, table, row, normalised) for cell in row.cells),
+            *(_estimate(cell, table, row, normalised) for cell in row.cells),
             *([_lasting_text(row.cells, row.quantity.sign)] if lasts else []),
             *([] if not is_uneven else [_spent_text(row) if _is_uneven(table, row) else None]),
         )
@@ -82,7 +82,7 @@ def pivot_listing(table: Table, normalised: bool = False) -> Listing:
             rows.append(
                 (
                     names["task"][task], names["design"][design], entries[entry],
-                    *(None if row is None else _shown(cell, table, row, normalised)
+                    *(None if row is None else _estimate(cell, table, row, normalised)
                       for row, cell in zip(own, found, strict=True)),
                     *([_lasting_text(found, sign)] if lasts else []),
                     *([None if set(told) == {"-"} else " / ".join(told)] if uneven else []),
@@ -103,7 +103,7 @@ def _heading(name: str, table: Table) -> str:
     return f"{name} [{table.quantity.unit}]" if table.quantity is not None and table.quantity.unit else name
 
 
-def _shown(cell: TableCell | None, table: Table, row: Row, normalised: bool) -> Measured | None:
+def _estimate(cell: TableCell | None, table: Table, row: Row, normalised: bool) -> Measured | None:
     return None if cell is None else cell.estimate(table.seeds, sign=row.quantity.sign, normalised=normalised)
 
 
@@ -137,51 +137,59 @@ def _amount(cell: TableCell | None) -> str:
     return "?" if cell is None or cell.spent is None else f"{cell.spent:,.0f}"
 
 
-@dataclass(frozen=True)
-class CellRow:
-    """A cell of a table for programs; references with every parameter stated.
+class _Shown(NamedTuple):
+    """A cell with its table, row and column."""
 
-    Attributes:
-        budget_kind, budget_amount: of the runs; in tables drawn from learning curves the amount spent.
-        mean, low, high: of the scores and their 95 % interval, in `unit`; more is better.
-        n, asked: seeds behind the mean, and those asked for.
-        normalised: the mean between the references (0) and the best (1) of the row.
-        used, used_kind: the amount spent, on average; None where it is not known.
-        nonfinite: share of gradients that were not finite.
-        wall_gap: smallest distance from a side of the arena [cells].
-    """
+    table: Table
+    row: Row
+    entry: Entry
+    cell: TableCell
 
-    fidelity: str
-    frames: int
-    budget_kind: str
-    budget_amount: float | None
-    env: str
-    task: str
-    design: str
-    controller: str
-    method: str
-    mean: float | None
-    low: float | None
-    high: float | None
-    unit: str
-    n: int
-    asked: int
-    failed: int
-    diverged: int
-    timeout: int
-    unfinished: int
-    missing: int
-    winner: bool
-    normalised: float | None
-    provisional: bool
-    undecided: bool
-    used: float | None
-    used_kind: str | None
-    nonfinite: float
-    wall_gap: float | None
-    lasting_frames: int | None
-    lasting_score: float | None
-    lasting_end: str | None
+    @property
+    def budget(self) -> Budget | Spending:
+        """Of its runs, or in a table drawn from learning curves what they had spent."""
+        return self.cell.outside or self.table.budget
+
+    @property
+    def amount(self) -> float | None:
+        """Of the budget, or that of the row."""
+        return self.budget.amount if self.row.amount is None or self.cell.is_external else self.row.amount
+
+
+# references with every parameter stated; numbers in `unit`, of which more is better; None for what is not known
+_COLUMNS: dict[str, Callable[[_Shown], Any]] = {
+    "fidelity": lambda at: str(at.table.fidelity),
+    "frames": lambda at: at.table.frames,
+    "budget_kind": lambda at: at.budget.kind,
+    "budget_amount": lambda at: at.amount,
+    "env": lambda at: str(at.row.env),
+    "task": lambda at: str(at.row.task),
+    "design": lambda at: str(at.row.design),
+    "controller": lambda at: str(at.entry.controller),
+    "method": lambda at: str(at.entry.method),
+    "mean": lambda at: at.cell.interval and at.cell.interval.mean,
+    "low": lambda at: at.cell.interval and at.cell.interval.low,
+    "high": lambda at: at.cell.interval and at.cell.interval.high,
+    "unit": lambda at: at.cell.unit,
+    "n": lambda at: at.cell.count,
+    "asked": lambda at: at.cell.asked,
+    "failed": lambda at: at.cell.states.get(RunState.FAILED, 0),
+    "diverged": lambda at: at.cell.states.get(RunState.DIVERGED, 0),
+    "timeout": lambda at: at.cell.states.get(RunState.TIMEOUT, 0),
+    "unfinished": lambda at: sum(at.cell.states.get(state, 0) for state in OPEN_STATES),
+    "missing": lambda at: at.cell.missing,
+    "winner": lambda at: at.cell.is_winner,
+    "normalised": lambda at: at.cell.normalised,
+    "provisional": lambda at: bool(footnotes([at.row.env])),
+    "undecided": lambda at: at.cell.is_undecided,
+    "used": lambda at: at.cell.spent,
+    "used_kind": lambda at: None if at.cell.spent is None else at.table.currency,
+    "nonfinite": lambda at: at.cell.nonfinite,
+    "wall_gap": lambda at: at.cell.wall_gap,
+    "lasting_frames": lambda at: at.cell.lasting and at.cell.lasting.frames,
+    "lasting_score": lambda at: at.cell.lasting and at.cell.lasting.score,
+    "lasting_end": lambda at: at.cell.lasting and at.cell.lasting.end,
+}
 
 
 def long_listing(tables: Sequence[Table]) -> Listing:
@@ -190,53 +198,17 @@ def long_listing(tables: Sequence[Table]) -> Listing:
     Tables drawn from learning curves show the amount spent in place of the budget. An agent from outside, which stands
     in every table of its row, comes once, with its own budget and a cost that is not known.
     """
-    rows = (
-        _long_row(table, row, entry, cell)
-        for table in tables
-        for row in table.rows
-        for entry, cell in zip(table.entries, row.cells, strict=True)
-        if cell is not None
+    listing = listing_by(
+        _COLUMNS,
+        (
+            _Shown(table, row, entry, cell)
+            for table in tables
+            for row in table.rows
+            for entry, cell in zip(table.entries, row.cells, strict=True)
+            if cell is not None
+        ),
     )
-    listing = listing_of(CellRow, dict.fromkeys(rows))
-    if any(isinstance(table.budget, Spending) for table in tables):
-        names = {"budget_kind": "spent_kind", "budget_amount": "spent_amount"}
-        return Listing(tuple(names.get(name, name) for name in listing.columns), listing.rows)
-    return listing
-
-
-def _long_row(table: Table, row: Row, entry: Entry, cell: TableCell) -> CellRow:
-    states, mean, last = cell.states, cell.interval, cell.lasting
-    budget = cell.outside or table.budget
-    return CellRow(
-        fidelity=str(table.fidelity),
-        frames=table.frames,
-        budget_kind=budget.kind,
-        budget_amount=budget.amount if row.amount is None or cell.is_external else row.amount,
-        env=str(row.env),
-        task=str(row.task),
-        design=str(row.design),
-        controller=str(entry.controller),
-        method=str(entry.method),
-        mean=None if mean is None else mean.mean,
-        low=None if mean is None else mean.low,
-        high=None if mean is None else mean.high,
-        unit=cell.unit,
-        n=cell.count,
-        asked=cell.asked,
-        failed=states.get(RunState.FAILED, 0),
-        diverged=states.get(RunState.DIVERGED, 0),
-        timeout=states.get(RunState.TIMEOUT, 0),
-        unfinished=sum(states.get(state, 0) for state in OPEN_STATES),
-        missing=cell.missing,
-        winner=cell.is_winner,
-        normalised=cell.normalised,
-        provisional=bool(footnotes([row.env])),
-        undecided=cell.is_undecided,
-        used=cell.spent,
-        used_kind=table.currency if cell.spent is not None else None,
-        nonfinite=cell.nonfinite,
-        wall_gap=cell.wall_gap,
-        lasting_frames=None if last is None else last.frames,
-        lasting_score=None if last is None else last.score,
-        lasting_end=None if last is None else last.end,
-    )
+    names = {"budget_kind": "spent_kind", "budget_amount": "spent_amount"}
+    is_spent = any(isinstance(table.budget, Spending) for table in tables)
+    columns = tuple(names.get(name, name) if is_spent else name for name in listing.columns)
+    return Listing(columns, tuple(dict.fromkeys(listing.rows)))

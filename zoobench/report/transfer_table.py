@@ -1,12 +1,11 @@
 """The transfer matrix: scores of solutions in the environments where they were found and in others."""
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from zoobench.report.labels import in_order, labels
-from zoobench.report.listing import Listing, Measured, listing_of
+from zoobench.report.listing import Listing, Measured, listing_by
 from zoobench.report.provisional import marked
 from zoobench.report.run_results import SMOKE
 from zoobench.report.statistics import Interval, t_interval
@@ -51,29 +50,26 @@ class Tried(NamedTuple):
         return quantity_of(self.setting.task, self.unit)
 
 
-@dataclass(frozen=True)
-class TransferCell:
-    """A cell of the matrix for programs: mean and 95 % interval of the scores of `n` runs; `diverged` have none."""
-
-    task: str
-    fidelity: str
-    frames: int
-    design: str
-    controller: str | None
-    method: str
-    budget_kind: str | None
-    budget_amount: float | None
-    found_in: str
-    found_for: str
-    found_at: str
-    env: str
-    mean: float | None
-    low: float | None
-    high: float | None
-    unit: str
-    n: int
-    diverged: int
-
+_COLUMNS: dict[str, Callable[[Tried], Any]] = {
+    "task": lambda each: str(each.setting.task),
+    "fidelity": lambda each: str(each.setting.fidelity),
+    "frames": lambda each: each.setting.frames,
+    "design": lambda each: str(each.setting.design),
+    "controller": lambda each: each.setting.controller and str(each.setting.controller),
+    "method": lambda each: str(each.setting.method),
+    "budget_kind": lambda each: each.setting.budget and each.setting.budget.kind,
+    "budget_amount": lambda each: each.setting.budget and each.setting.budget.amount,
+    "found_in": lambda each: str(each.setting.found_in),
+    "found_for": lambda each: str(each.setting.found_for),
+    "found_at": lambda each: str(each.setting.found_at),
+    "env": lambda each: str(each.env),
+    "mean": lambda each: each.interval and each.interval.mean,
+    "low": lambda each: each.interval and each.interval.low,
+    "high": lambda each: each.interval and each.interval.high,
+    "unit": lambda each: each.unit,
+    "n": lambda each: each.interval.count if each.interval else 0,
+    "diverged": lambda each: each.lost,
+}
 
 _USUAL = ("task", "fidelity", "design", "method", "found_in", "frames")
 _TELLING = ("found_for", "found_at", "controller", "budget")
@@ -104,8 +100,8 @@ def tried(documents: Iterable[Document], specs: Mapping[int, RunSpec]) -> list[T
 
 
 def transfer_cells(found: Iterable[Tried]) -> Listing:
-    """The matrix for programs, a row for each cell."""
-    return listing_of(TransferCell, map(_cell, found))
+    """The matrix for programs: mean and 95 % interval of the scores of `n` runs; `diverged` have none."""
+    return listing_by(_COLUMNS, found)
 
 
 def transfer_matrices(found: Sequence[Tried]) -> list[Listing]:
@@ -182,57 +178,14 @@ def _estimate(each: Tried | None, quantity: Quantity) -> Measured | None:
     return Measured(each.interval.mean, each.interval.low, each.interval.high, notes).scaled(quantity.sign)
 
 
-def _cell(each: Tried) -> TransferCell:
-    setting, mean = each.setting, each.interval
-    return TransferCell(
-        task=str(setting.task),
-        fidelity=str(setting.fidelity),
-        frames=setting.frames,
-        design=str(setting.design),
-        controller=None if setting.controller is None else str(setting.controller),
-        method=str(setting.method),
-        budget_kind=None if setting.budget is None else setting.budget.kind,
-        budget_amount=None if setting.budget is None else setting.budget.amount,
-        found_in=str(setting.found_in),
-        found_for=str(setting.found_for),
-        found_at=str(setting.found_at),
-        env=str(each.env),
-        mean=None if mean is None else mean.mean,
-        low=None if mean is None else mean.low,
-        high=None if mean is None else mean.high,
-        unit=each.unit,
-        n=0 if mean is None else mean.count,
-        diverged=each.lost,
-    )
-
-
-@dataclass(frozen=True)
-class EpisodeRow:
-    """An episode of a solution for programs; `score` is None where it has none, as `reason` says."""
-
-    run: int | str
-    seed: int
-    design: str
-    method: str
-    found_in: str
-    found_for: str
-    found_at: str
-    env: str
-    task: str
-    fidelity: str
-    frames: int
-    score: float | None
-    unit: str
-    reason: str
-
-
-def episode_listing(documents: Iterable[Document]) -> Listing:
-    """Episodes as they were evaluated, for programs."""
-    rows = []
-    for row in documents:
-        same = {name: row[name] for name in EpisodeRow.__dataclass_fields__ if name in row}
-        rows.append(EpisodeRow(**same, **dict(zip(("found_in", "found_for", "found_at"), row["home"], strict=True))))
-    return listing_of(EpisodeRow, rows)
+def episode_listing(documents: Sequence[Document]) -> Listing:
+    """Episodes as they were evaluated, for programs; `score` is None where there is none, as `reason` says."""
+    homes = ("found_in", "found_for", "found_at")
+    columns = (
+        "run", "seed", "design", "method", *homes, "env", "task", "fidelity", "frames", "score", "unit", "reason"
+    )  # fmt: skip
+    rows = [{**row, **dict(zip(homes, row["home"], strict=True))} for row in documents]
+    return Listing(columns, tuple(tuple(row[name] for name in columns) for row in rows))
 
 
 def episode_overview(documents: Sequence[Document]) -> Listing:

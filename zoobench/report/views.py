@@ -3,13 +3,12 @@
 import math
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from zoobench.db.rows import AttemptRow, RunRow, RunState
 from zoobench.report.labels import labels
 from zoobench.report.leaderboard import BoardRow
-from zoobench.report.listing import Listing, listing_of, percent
+from zoobench.report.listing import Listing, percent
 from zoobench.report.normalise import REFERENCES
 from zoobench.report.provisional import footnotes, marked
 from zoobench.report.run_results import SCORE, RunResult
@@ -110,7 +109,7 @@ def results_rows(results: Iterable[RunResult], finals: Sequence[tuple[str, str]]
         run, spec = result.run, result.run.spec
         values = {(final.name, final.unit): final.value for final in result.finals.values()}
         yield (
-            run.id, run.key, *(str(getattr(spec, axis)) for axis in AXES), spec.seed, spec.frames, spec.budget.kind,
+            run.id, run.key, *_axes(spec), spec.seed, spec.frames, spec.budget.kind,
             spec.budget.amount, str(run.state), run.reason, run.attempt, round(run.seconds, 3),
             bool(footnotes([spec.env])), *(values.get(final) for final in finals),
         )  # fmt: skip
@@ -121,50 +120,25 @@ def results_record(result: RunResult) -> dict[str, Any]:
     return {**_run_record(result), "finals": _finals_record(result)}
 
 
-@dataclass(frozen=True)
-class RunningRow:
-    """A run in progress.
-
-    Attributes:
-        progress: share of its budget that is used.
-        score: of the incumbent.
-        metric_age_s: since it last reported anything [s].
-        lease_s: that its worker's lease still lasts [s].
-        time_left_s: by its pace so far [s].
-    """
-
-    run: int
-    env: str
-    task: str
-    design: str
-    controller: str
-    method: str
-    fidelity: str
-    seed: int
-    attempt: int
-    progress: float
-    score: float | None
-    metric_age_s: int | None
-    lease_s: int | None
-    time_left_s: float | None
-
-
 def running_listing(runs: Sequence[RunRow], now: float | None = None) -> Listing:
-    """The runs in progress, for programs; ages and the remaining lease at the time `now`."""
-    return listing_of(RunningRow, _running_rows(runs, now))
+    """The runs in progress, for programs.
 
-
-def _running_rows(runs: Sequence[RunRow], now: float | None) -> list[RunningRow]:
-    moment = time.time() if now is None else now
-    return [
-        RunningRow(
-            run.id, *_axes(run.spec), run.spec.seed, run.attempt, run.fraction, run.score,
-            None if run.progress_at is None else round(moment - run.progress_at),
-            None if run.lease_until is None else round(run.lease_until - moment),
-            run.seconds_left,
-        )
+    `progress` is the share of the budget that is used, `score` that of the incumbent. Ages [s] and the remaining lease
+    [s] are those at the time `now`, and the time left [s] is that by its pace so far.
+    """
+    times = ("metric_age_s", "lease_s", "time_left_s")
+    rows = (
+        (run.id, *_axes(run.spec), run.spec.seed, run.attempt, run.fraction, run.score, *_times(run, now))
         for run in runs
-    ]  # fmt: skip
+    )
+    return Listing(("run", *AXES, "seed", "attempt", "progress", "score", *times), tuple(rows))
+
+
+def _times(run: RunRow, now: float | None) -> tuple[int | None, int | None, float | None]:
+    """Time since a run last reported anything, that its worker's lease still lasts, and that it still takes [s]."""
+    moment = time.time() if now is None else now
+    age = None if run.progress_at is None else round(moment - run.progress_at)
+    return age, None if run.lease_until is None else round(run.lease_until - moment), run.seconds_left
 
 
 def running_overview(runs: Sequence[RunRow], now: float | None = None) -> Listing:
@@ -173,11 +147,10 @@ def running_overview(runs: Sequence[RunRow], now: float | None = None) -> Listin
     quantities = [quantity_of(run.spec.task) for run in runs]
     rows = [
         (
-            row.run, *own, row.seed, row.attempt, row.progress,
-            None if row.score is None else quantity.sign * row.score,
-            row.metric_age_s, row.lease_s, row.time_left_s,
+            run.id, *own, run.spec.seed, run.attempt, run.fraction,
+            None if run.score is None else quantity.sign * run.score, *_times(run, now),
         )
-        for row, own, quantity in zip(_running_rows(runs, now), names, quantities, strict=True)
+        for run, own, quantity in zip(runs, names, quantities, strict=True)
     ]  # fmt: skip
     texts = {"progress": percent, "time left": duration}
     ages = ("metric age [s]", "lease [s]", "time left")
@@ -185,34 +158,20 @@ def running_overview(runs: Sequence[RunRow], now: float | None = None) -> Listin
     return Listing(columns, tuple(rows), texts=texts)
 
 
-@dataclass(frozen=True)
-class PlanRow:
-    """A run of a plan; `estimate_s` is the expected wall time of the rest [s], None where it is not known."""
-
-    env: str
-    task: str
-    design: str
-    controller: str
-    method: str
-    fidelity: str
-    seed: int
-    frames: int
-    budget_kind: str
-    budget_amount: float
-    state: str
-    estimate_s: float | None
-
-
 def plan_listing(specs: Sequence[RunSpec], states: Sequence[str], estimates: Sequence[float | None]) -> Listing:
-    """The runs of a plan, one row each, with their states and estimated times, for programs."""
-    rows = [
-        PlanRow(
+    """The runs of a plan, one row each, with their states, for programs.
+
+    `estimate_s` is the expected wall time of the rest [s], None where it is not known.
+    """
+    columns = (*AXES, "seed", "frames", "budget_kind", "budget_amount", "state", "estimate_s")
+    rows = (
+        (
             *_axes(spec), spec.seed, spec.frames, spec.budget.kind, spec.budget.amount, state,
             None if state == "done" else seconds,
         )
         for spec, state, seconds in zip(specs, states, estimates, strict=True)
-    ]  # fmt: skip
-    return listing_of(PlanRow, rows)
+    )  # fmt: skip
+    return Listing(columns, tuple(rows))
 
 
 def plan_overview(specs: Sequence[RunSpec], states: Sequence[str], estimates: Sequence[float | None]) -> Listing:
@@ -231,9 +190,9 @@ def plan_overview(specs: Sequence[RunSpec], states: Sequence[str], estimates: Se
     return Listing(columns, tuple(rows), texts={"estimate": duration})
 
 
-def _axes(spec: RunSpec) -> tuple[str, str, str, str, str, str]:
+def _axes(spec: RunSpec) -> tuple[str, ...]:
     """The components of a run with every parameter stated, in the order of `AXES`."""
-    return str(spec.env), str(spec.task), str(spec.design), str(spec.controller), str(spec.method), str(spec.fidelity)
+    return tuple(str(getattr(spec, axis)) for axis in AXES)
 
 
 def reasons_listing(runs: Sequence[RunRow | BoardRow]) -> Listing:
