@@ -11,7 +11,7 @@ from tests.sim.test_adjoint import Probe
 from zoobench.arrays import Array
 from zoobench.designs.sampling import Shape
 from zoobench.errors import SceneError
-from zoobench.sim.model.elastic_bodies import ElasticBody, SceneObject
+from zoobench.sim.model.elastic_bodies import ElasticBody, SceneObject, in_fields
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.grid_water import GridWater
 from zoobench.sim.model.laws.elastic import ElasticMaterial
@@ -45,6 +45,12 @@ def _inside(deep: float) -> ElasticBody:
     robot = scenes.ground_scene().robot
     low, _, front = (float(each) for each in robot.positions.min(axis=0) - 0.5 * scenes.EDGE)
     return _block((low - 2 * H + deep * H, 0.0, front), 2)
+
+
+def _sharing(friction: float = 0.5, edge: float | None = None) -> tuple[SceneObject, ...]:
+    """A block, and one with this friction and edge of its cubes [m] that shares its velocity field."""
+    other = replace(_block((0.1, 0.0, 0.1)), edge=edge)
+    return SceneObject("a", _block((0.5, 0.0, 0.5))), SceneObject("b", other, friction, shares=True)
 
 
 def ground_scene() -> Scene:
@@ -158,6 +164,51 @@ def test_a_lighter_object_than_the_robot_is_possible() -> None:
     solver = Solver(replace(scene, objects=(SceneObject("block", light),)), scenes.fidelity())
     rollout = solver.run(scenes.actuation(solver, 2))
     assert not rollout.divergences
+
+
+def _pair(speed: float, apart: float) -> Scene:
+    """Two blocks of one velocity field in flight, far from the robot, of which one goes towards the other [m/s] over a
+    gap [cells]."""
+    near = _block((0.1, 0.4, 0.4), velocity=np.array([speed, 0.0, 0.0]))
+    far = _block((0.1 + (3 + apart) * H, 0.4, 0.4))
+    objects = (SceneObject("near", near), SceneObject("far", far, shares=True))
+    return replace(ground_scene(), ground=None, gravity=scenes.NO_GRAVITY, objects=objects)
+
+
+def test_objects_are_sorted_by_their_fields() -> None:
+    """Each field's in their order, of which all but the first share it; with a field each nothing changes."""
+    things = [SceneObject(name, _block((0.5, 0.0, 0.5))) for name in "abcd"]
+    found = [(each.name, each.shares) for each in in_fields(things, (0, 1, 0, 1))]
+    assert found == [("a", False), ("c", True), ("b", False), ("d", True)]
+    assert in_fields(things, range(4)) == tuple(things)
+
+
+def test_bodies_of_one_field_stick_where_they_meet() -> None:
+    """They go on together with their momentum, and do not come apart again."""
+    scene = _pair(0.5, 1.0)
+    solver = Solver(scene, scenes.fidelity())
+    near, far = (scene.slice_of(name) for name in ("near", "far"))
+    mass = scene.elastic.masses[near, None]
+    before = (mass * (scene.elastic.velocities[near] + scene.elastic.velocities[far])).sum(axis=0)
+    rollout = solver.run(np.zeros((40, 1, solver.muscle_count)))
+    velocities = rollout.velocities[:, 0]
+    after = (mass * (velocities[-1, near] + velocities[-1, far])).sum(axis=0)
+    np.testing.assert_allclose(after, before, atol=1e-12 * np.abs(before).max())
+    apart = (rollout.positions[:, 0, far] - rollout.positions[:, 0, near])[..., 0].mean(axis=1)
+    assert np.ptp(apart[20:]) < 0.1 * H
+    assert velocities[20:, far, 0].mean() == pytest.approx(0.25, rel=0.02)
+
+
+def test_bodies_of_one_field_move_each_alone_out_of_reach() -> None:
+    """To rounding, as does one that has the field to itself."""
+    scene = _pair(0.3, 4.0)
+    both = Solver(scene, scenes.fidelity())
+    both.substeps(40, 1e-4)
+    for each in scene.objects:
+        alone = Solver(replace(scene, objects=(replace(each, shares=False),)), scenes.fidelity())
+        alone.substeps(40, 1e-4)
+        places = (solver.matter.x[0, 0, solver.scene.slice_of(each.name)] for solver in (both, alone))
+        assert np.abs(np.subtract(*(place.numpy() for place in places))).max() <= 1e-13, each.name
 
 
 @pytest.mark.slow
@@ -290,6 +341,9 @@ def test_bodies_are_found_by_name() -> None:
         ((SceneObject("a", _inside(0.5)),), "a begins within the robot"),
         ((SceneObject("a", _inside(2.0)),), "a begins within the robot"),
         (tuple(SceneObject(name, _block((0.5, 0.0, 0.5))) for name in "ab"), "b begins within the a"),
+        ((SceneObject("a", _block((0.5, 0.0, 0.5)), shares=True),), "a cannot share the velocity field of what is"),
+        (_sharing(friction=0.4), "b cannot share .* the same material, friction"),
+        (_sharing(edge=0.01), "b cannot share .* size of cubes"),
     ],
 )
 def test_impossible_objects_are_refused(objects: tuple[SceneObject, ...], told: str) -> None:

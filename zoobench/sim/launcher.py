@@ -74,7 +74,7 @@ class Launcher:
             sleep=fidelity.sleep > 0.0 and law is not None and not law.is_liquid and not parallel,
             two_fields=scene.medium is not None and scene.medium.friction is not None,
             fbar=has_fbar(scene, fidelity),
-            objects=len(scene.objects),
+            objects=len(scene.field_objects),
             anchors=_anchors(scene),
             driven=scene.robot.drive is not None,
             water=GridWater if scene.water else None,
@@ -278,13 +278,15 @@ class Launcher:
         return torch.tensor(listed, dtype=self._real, device=self._device)
 
     def _list_object_constants(self, full: float) -> list[float]:
-        """Those of objects, see `layout.object_constants`; `full` is the volume of a node in the midst of matter."""
+        """Those of the fields of objects, see `layout.object_constants`; `full` is the volume of a node in the midst of
+        matter."""
         scene, listed = self._scene, list[float]()
-        for each in scene.objects:
+        for each in scene.field_objects:
             material = each.body.material
             listed += [scene.slice_of(each.name).start, *material.lame, material.viscosity]
             listed += [material.density * full, each.ground_friction, each.body.edge or self._fidelity.particle_edge]
-        frictions = [math.inf, *(each.friction for each in scene.objects)]  # the robot takes that of whom it meets
+        # the robot takes that of whom it meets
+        frictions = [math.inf, *(each.friction for each in scene.field_objects)]
         if scene.medium is not None and scene.objects:
             frictions.append(math.inf)
         for a, b in self.variant.pairs if scene.objects else ():
@@ -343,8 +345,9 @@ class Launcher:
 
 
 def _anchors(scene: Scene) -> tuple[bool, ...]:
-    """Whether the robot, and each object, is anchored; empty where none is."""
-    anchors = tuple(body.anchor is not None for body in scene.elastic_bodies)
+    """Whether the robot, and each field of objects, is anchored; empty where none is."""
+    bodies = (scene.robot, *(each.body for each in scene.field_objects))
+    anchors = tuple(body.anchor is not None for body in bodies)
     return anchors if any(anchors) else ()
 
 
@@ -361,7 +364,7 @@ def kept_fields(scene: Scene, fidelity: Fidelity) -> int:
         return 0
     ratio = (scene.medium is not None and scene.medium.material.is_liquid) or has_fbar(scene, fidelity)
     before = fidelity.transfer == "aflip" or (scene.medium is not None and medium_transfer(scene, fidelity) == "aflip")
-    layers = 1 + len(scene.objects) + (scene.medium is not None and scene.medium.friction is not None)
+    layers = 1 + len(scene.field_objects) + (scene.medium is not None and scene.medium.friction is not None)
     aslant = scene.ground is not None and scene.ground.terrain is not None
     surface = has_skin(scene) and aslant and bool(scene.objects)
     return layers * (1 + before + has_skin(scene) + surface + ratio)

@@ -69,8 +69,8 @@ gradient of the force per volume [N/m^4] and edge of the cubes of the robot's pa
 between robot and medium and the mass of a node in the midst of either [kg]."""
 
 OBJECT_CONSTANTS = ("first", "object_mu", "object_lam", "object_eta", "object_full", "object_friction", "object_edge")
-"""Names of the constants of an object: its first particle, Lame parameters and viscosity, mass of a node in its midst
-[kg], friction on the ground, and edge of its particles' cubes [m]."""
+"""Names of the constants of a velocity field of objects: its first particle, Lame parameters and viscosity, mass of a
+node in their midst [kg], friction on the ground, and edge of their particles' cubes [m]."""
 
 _COUNTS = ("nodes_x", "nodes_y", "nodes_z", "robot")
 
@@ -91,8 +91,9 @@ class Variant:
         two_fields: whether the medium has nodes of its own, see `velocity_fields`.
         fbar: whether the medium's volume changes as that around it, see `fbar`.
         robot: whether a particle may be elastic: not where only the medium's are visited.
-        objects: number of elastic bodies beside the robot, each with nodes of its own.
-        anchors: whether the robot, and each object, is anchored; empty where none is.
+        objects: number of velocity fields of objects, each with nodes of its own; objects that share one follow each
+            other, and kernels do not tell them apart.
+        anchors: whether the robot, and each field of objects, is anchored; empty where none is.
         driven: whether particles of the robot are, see `anchors`.
         at_once: whether each world has a thread of its own, where a kernel visits a world by one (`rest_frame`).
     """
@@ -171,8 +172,8 @@ class Variant:
 
     @property
     def layers(self) -> int:
-        """How often every node is there: for the robot, for each object, and for a medium with nodes of its own; in
-        water on a grid once for all bodies."""
+        """How often every node is there: for the robot, for each field of objects, and for a medium with nodes of its
+        own; in water on a grid once for all bodies."""
         return 1 if self.water else 1 + self.objects + self.two_fields
 
     @property
@@ -229,8 +230,8 @@ def by_name(constants: Any, names: Sequence[str]) -> dict[str, Any]:
 
 @while_compiling
 def object_constants(objects: int, pairs: int = 0, anchors: int = 0) -> tuple[str, ...]:
-    """Names of the constants that follow where there are objects or anchors: those of each object, the friction of each
-    pair, and the first and the last node along x, y and z that each anchor holds."""
+    """Names of the constants that follow where there are objects or anchors: those of each field of objects, the
+    friction of each pair, and the first and the last node along x, y and z that each anchor holds."""
     own = tuple(f"{name}.{k}" for k in range(objects) for name in OBJECT_CONSTANTS)
     frictions = tuple(f"pair_friction.{pair}" for pair in range(pairs if objects else 0))
     return own + frictions + tuple(f"anchor.{place}" for place in range(6 * anchors))
@@ -241,7 +242,7 @@ def scene_constants(constants: Any, medium: Any = None, more: Sequence[str] = ()
     """The constants by name while a kernel is compiled, with `inverse` of the spacing, and the medium's in `medium`.
 
     `medium` names these in its `constants`: a law, or water on a grid; `more` are those that follow, see
-    `object_constants`: a vector under each name, a number for each object.
+    `object_constants`: a vector under each name, a number for each field of objects.
     """
     own = tuple(f"medium.{name}" for name in medium.constants) if medium else ()
     named = by_name(constants, (*CONSTANTS, *own, *more))

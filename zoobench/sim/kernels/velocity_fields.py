@@ -1,11 +1,12 @@
 """Bodies in velocity fields of their own, which meet at the nodes that they fill together; and the adjoint.
 
 Every node is there once for each of them (`layer`): the robot's first, then those of objects, the medium's last;
-particles see those of their own body alone. At a node where the volume shares of two bodies add up to nearly one, an
-inelastic impulse keeps them from moving into each other, with Coulomb friction (Bardenhagen, Brackbill and Sulsky
-2000). Where they add up to less, there is a gap, which a node by itself does not show: the splines of both reach over
-it by up to a cell. The impulse is equal and opposite, and never adds energy. Solid bodies carry a slow one whole, see
-`PRELOAD`. Where three bodies meet, they do so pair by pair in a fixed order. For the normal see `contact_normal`.
+particles see those of their own field alone. Objects that share one stick to each other where they meet. At a node
+where the volume shares of two bodies add up to nearly one, an inelastic impulse keeps them from moving into each other,
+with Coulomb friction (Bardenhagen, Brackbill and Sulsky 2000). Where they add up to less, there is a gap, which a node
+by itself does not show: the splines of both reach over it by up to a cell. The impulse is equal and opposite, and never
+adds energy. Solid bodies carry a slow one whole, see `PRELOAD`. Where three bodies meet, they do so pair by pair in a
+fixed order. For the normal see `contact_normal`.
 """
 
 from typing import Any

@@ -1,7 +1,8 @@
 """Elastic bodies as plain data: particles as designs make them, and robots and objects in a scene."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -121,19 +122,38 @@ class ElasticBody(BodyParticles):
 
 @dataclass(frozen=True)
 class SceneObject:
-    """An elastic body besides the robot, with a velocity field of its own.
+    """An elastic body besides the robot, in another velocity field.
 
     Attributes:
         name: by which it is known, not `robot` or `medium`.
         body: its matter and motion at time zero, without muscles.
         friction: Coulomb coefficient between it and other bodies [-]; between two objects the smaller one holds.
         ground_friction: the same between it and the ground [-].
+        shares: whether its velocity field is that of the object before it, to which it sticks where they meet; else it
+            has one of its own.
     """
 
     name: str
     body: ElasticBody
     friction: float = 0.5
     ground_friction: float = 0.5
+    shares: bool = False
+
+    def may_share(self, other: "SceneObject") -> bool:
+        """Whether it may be in the velocity field of another: one has a single material, friction and size of cubes,
+        and no anchor."""
+        mine, its = (
+            (each.body.material, each.body.edge, each.body.anchor, each.friction, each.ground_friction)
+            for each in (self, other)
+        )
+        return mine == its and self.body.anchor is None
+
+
+def in_fields(things: Sequence[SceneObject], numbers: Sequence[int]) -> tuple[SceneObject, ...]:
+    """The objects in velocity fields of these numbers, field by field as a scene has them, else in their order."""
+    order = sorted(range(len(things)), key=numbers.__getitem__)
+    shares = [numbers[one] == numbers[other] for one, other in pairwise(order)]
+    return tuple(replace(things[place], shares=each) for place, each in zip(order, [False, *shares], strict=True))
 
 
 _MOST = 32

@@ -128,7 +128,7 @@ class Scene:
             a ground, lower y is 0.
         follows: whether the arena moves along x and z with the robot, so that level ground, solid matter and water on a
             grid have no end.
-        objects: further elastic bodies, with velocity fields of their own.
+        objects: further elastic bodies, in velocity fields other than the robot's; those of one follow each other.
         surface_water: water without bounds that acts on the robot's surface, in place of all else around it, or None.
     """
 
@@ -199,6 +199,12 @@ class Scene:
             for value in (each.friction, each.ground_friction):
                 if not 0 <= value < np.inf:
                     raise SceneError(f"A friction of {value:g} of the {each.name} is not possible. Give 0 or more.")
+        for before, each in zip((None, *self.objects), self.objects, strict=False):
+            if each.shares and (before is None or not each.may_share(before)):
+                raise SceneError(
+                    f"The {each.name} cannot share the velocity field of what is before it. Put it behind an object of "
+                    "the same material, friction and size of cubes without an anchor, or let it have one of its own."
+                )
         if self.objects and self.medium is not None and self.medium.friction is None:
             raise SceneError(
                 "Objects are possible on or in a medium with a velocity field of its own. Give the medium a friction."
@@ -308,6 +314,11 @@ class Scene:
         The density ratios are by the robot's density. Muscles have no share of objects.
         """
         return self.robot if not self.objects else joined(self.elastic_bodies)
+
+    @property
+    def field_objects(self) -> tuple[SceneObject, ...]:
+        """Of each velocity field of objects the first one."""
+        return tuple(each for each in self.objects if not each.shares)
 
     def owner_of(self, particle: int) -> str:
         """The name of the body that has this one of all particles."""
