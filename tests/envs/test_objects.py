@@ -1,7 +1,7 @@
 """Objects about a robot: where they begin, how large, heavy and stiff they are, and what is refused."""
 
 from dataclasses import replace
-from itertools import pairwise
+from itertools import chain, combinations, pairwise
 from typing import Any
 
 import numpy as np
@@ -127,6 +127,64 @@ def test_objects_are_drawn_at_every_place(place: str, block: Body) -> None:
     np.testing.assert_allclose(ways, [ahead, ahead], atol=1e-9)
 
 
+def _middles(scene: Scene) -> Array:
+    """Middles of the objects by their numbers, relative to the first one's, ahead and right `[object_count, 2]` [m]."""
+    found = {each.name: each.body.positions.mean(axis=0)[[0, 2]] for each in scene.objects}
+    names = ["object", *(f"object-{number}" for number in range(1, len(found)))]
+    return np.array([found[name] - found["object"] for name in names])
+
+
+def test_rubble_lies_ahead_in_rows_of_three_and_two(block: Body) -> None:
+    """Ten of them, with the gap between any two of a row, the first in the middle of the way."""
+    scene = _scene(block, seconds=0.1, object_place="rubble", object_count=10, object_gap=0.03, object_shift=0.01)
+    expected = [(row, across) for row in range(4) for across in ((0, -1, 1), (-0.5, 0.5))[row % 2]]
+    np.testing.assert_allclose(_middles(scene), (0.0625 + 0.03) * np.array(expected), atol=1e-9)
+    np.testing.assert_allclose(_away(scene), _away(_scene(block, object_gap=0.03, object_shift=0.01)), atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("given", "step"),
+    [
+        ({"object_place": "ahead", "object_count": 10}, 0.0825),
+        ({"object_place": "rubble", "object_count": 10}, 0.0825),
+        ({"object_place": "back", "object_count": 8, "object": "sheet", "object_size": 0.16}, 0.035),
+    ],
+)
+def test_no_two_beside_each_other_share_a_velocity_field(given: dict[str, Any], step: float, block: Body) -> None:
+    """There are three fields, and another object between any two of the same one; three objects have one each."""
+    scene = _scene(block, seconds=0.1, **given)
+    assert len(scene.field_objects) == 3
+    fields: list[list[Array]] = []
+    for each in scene.objects:
+        fields += [] if each.shares else [[]]
+        fields[-1].append(each.body.positions.mean(axis=0))
+    for one, other in chain.from_iterable(combinations(field, 2) for field in fields):
+        assert np.abs(one - other).max() > 1.4 * step
+    few = _scene(block, seconds=0.1, **given | {"object_count": 3})
+    assert [each.name for each in few.objects] == ["object", "object-1", "object-2"]
+    assert few.field_objects == few.objects
+
+
+def test_every_piece_of_rubble_is_drawn_by_itself(block: Body) -> None:
+    """Within the spread, along and across; in a row of ten all are moved alike."""
+    given: dict[str, Any] = {"seconds": 0.1, "object_count": 10, "object_spread": 0.01}
+    for place, ways in (("rubble", 10), ("ahead", 1)):
+        plain, drawn = (_scene(block, object_place=place, **given | more) for more in ({"object_spread": 0}, {}))
+        moved = [_away(drawn, each.name) - _away(plain, each.name) for each in plain.objects]
+        found = np.round(moved, 9)
+        assert len(np.unique(found, axis=0)) == ways
+        assert (np.abs(found) <= 0.01).all()
+
+
+def test_kinds_take_turns(block: Body) -> None:
+    """Both are as dense, and the first has the mass that was asked for."""
+    scene = _scene(block, seconds=0.1, object_other="ball", object_count=4, object_mass=0.1)
+    masses = {each.name: float(each.body.masses.sum()) for each in scene.objects}
+    ball = 0.1 * np.pi / 6
+    assert masses == pytest.approx({"object": 0.1, "object-1": ball, "object-2": 0.1, "object-3": ball}, rel=1e-9)
+    np.testing.assert_allclose(_middles(scene)[:, 0], (0.0625 + 0.02) * np.arange(4), atol=1e-6)
+
+
 @pytest.mark.parametrize(
     ("place", "velocity"),
     [("ahead", (-0.4, 1.0, 0)), ("behind", (0.4, 1.0, 0)), ("left", (0, 1.0, 0.4)), ("right", (0, 1.0, -0.4)),
@@ -177,8 +235,12 @@ def test_an_arena_with_objects_does_not_follow_its_robot(block: Body) -> None:
         ({"object_mass": 0.0}, "object_mass of 0 kg is that of water on a grid"),
         ({"object_friction": -0.1}, "object_friction of -0.1"),
         ({"object_gap": -0.1}, "object_gap of -0.1"),
-        ({"object_count": 0}, "Give 1 to 3"),
-        ({"object_count": 4}, "Give 1 to 3"),
+        ({"object_count": 0}, "Give 1 to 10"),
+        ({"object_count": 11}, "Give 1 to 10"),
+        ({"object_other": "ball"}, "object_other=ball has no effect on 1 of object=box. Leave it out"),
+        ({"object_other": "box", "object_count": 2}, "object_other=box has no effect on 2 of object=box"),
+        ({"object_other": "mesh", "object_count": 2}, "with no object_file is not possible"),
+        ({"object_place": "rubble", "object_spread": 0.02}, "into another. Give an object_gap of 0.04 m or more"),
         ({"object": "cube"}, "not offered"),
         ({"object_spread": 0.03}, "into the robot. Give an object_gap of 0.03 m or more"),
         ({"object_spread": -0.1}, "object_spread of -0.1"),

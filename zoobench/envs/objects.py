@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import cycle, islice
 from typing import Literal
 
 import numpy as np
@@ -12,22 +13,32 @@ from zoobench.designs.sampling import SolidSample
 from zoobench.envs.object_solids import NO_MESH, ObjectKind, ObjectSolid, solid_of
 from zoobench.envs.ranges import check_ranges
 from zoobench.errors import SceneError, UsageError
-from zoobench.sim.model.elastic_bodies import ElasticBody, SceneObject
+from zoobench.sim.model.elastic_bodies import ElasticBody, SceneObject, in_fields
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.standing import standing
 
-Place = Literal["ahead", "behind", "left", "right", "back", "below"]
+Place = Literal["ahead", "behind", "left", "right", "rubble", "back", "below"]
 
-_FAR = {"ahead": (1.0, 0.0), "behind": (-1.0, 0.0), "left": (0.0, -1.0), "right": (0.0, 1.0)}
+_FAR = {
+    "ahead": (1.0, 0.0), "behind": (-1.0, 0.0), "left": (0.0, -1.0), "right": (0.0, 1.0), "rubble": (1.0, 0.0)
+}  # fmt: skip
 """Directions along x and z."""
 
 _UNDER = ("back", "below")
 """Places above each other with the robot's."""
 
-_MOST = 3
-"""Objects of a scene: kernels are compiled for every pair of bodies, which takes minutes for five."""
+_MOST = 10
+
+_ROWS = ((0.0, -1.0, 1.0), (-0.5, 0.5))
+"""Places of rubble in every first and every second row across the way, in steps from one to the next."""
+
+_FIELDS, _RUBBLE_FIELDS = (0, 1, 2), (0, 1, 2, 2, 1)
+"""Velocity fields of objects one after the other, again and again, so that no two beside each other have the same.
+
+There are three since kernels are compiled for every pair of fields, which takes minutes for five.
+"""
 
 _GAP = 0.02
 
@@ -46,12 +57,13 @@ class Objects:
     """Objects about the robot: stiff elastic bodies with friction.
 
     * `object`: `box`, `ball`, `beam` (across the way), `column` (an upright beam), `sheet` or `mesh`; `none` for none.
+    * `object_other`: kind of every second one of several, as dense as the first; `none` for the same kind.
     * `object_file`: of a `mesh`, a closed surface as STL, OBJ, PLY or GLB, with x ahead and z up, in GLB y; its content
       becomes part of the run's key.
     * `object_size`: edge of a box, diameter of a ball, length of the longest side of others [m].
-    * `object_mass`: of one; 0 in water on a grid, for that of as much water [kg].
-    * `object_place`: `ahead`, `behind`, `left` or `right` of the robot on the ground, on its `back`, or on the ground
-      `below` a robot that hangs.
+    * `object_mass`: of the first; 0 in water on a grid, for that of as much water [kg].
+    * `object_place`: `ahead`, `behind`, `left` or `right` of the robot on the ground, as `rubble` ahead of it, in rows
+      of three and two, on its `back`, or on the ground `below` a robot that hangs.
     * `object_height`: of its underside above level ground, from which it falls unless an obstacle is below it [m]; 0
       for on the ground.
     * `object_gap`: between robot and object, or two objects; none on the back or below [m].
@@ -62,13 +74,16 @@ class Objects:
       stick to each other [-].
     * `object_ground_friction`: the same between an object and the ground [-].
     * `object_stiffness`: Young's modulus [Pa]; the robot's is 1e4.
-    * `object_count`: of equal objects, up to 3, in a row away from the robot, or stacked on its back.
-    * `object_spread`: up to which they are all moved ahead or back and left or right, by a draw for each [m].
+    * `object_count`: of objects, up to 10, in a row away from the robot, or stacked on its back; beyond 3 some stick to
+      each other where they meet.
+    * `object_spread`: up to which they are all moved ahead or back and left or right, by a draw for each; in rubble
+      every one by draws of its own [m].
     * `object_mass_spread`: share of the mass up to which they are heavier or lighter, by another [-].
     * `object_seed`: which draws.
     """
 
     object: ObjectKind = "none"
+    object_other: ObjectKind = "none"
     object_file: MeshPath = NO_MESH
     object_size: float = 0.0625
     object_mass: float = 0.08
@@ -128,13 +143,22 @@ class Objects:
                 "ahead."
             )
         self._check_spreads()
-        if (self.object == "mesh") != bool(self.object_file):
+        self._check_kinds()
+
+    def _check_kinds(self) -> None:
+        if self.object_other != "none" and (self.object_count == 1 or self.object_other == self.object):
+            raise UsageError(
+                f"object_other={self.object_other} has no effect on {self.object_count} of object={self.object}. Leave "
+                "it out, or give another kind and an object_count of 2 or more."
+            )
+        has_mesh = "mesh" in (self.object, self.object_other)
+        if has_mesh != bool(self.object_file):
             raise UsageError(
                 f"object={self.object} with {'an' if self.object_file else 'no'} object_file is not possible. Give "
                 f"object=mesh and object_file=PATH ({', '.join(FORMATS)}), or neither."
             )
-        if self.object == "mesh":
-            _ = self.solid  # checks the file
+        if has_mesh:
+            _ = self.solids  # checks the file
 
     def _check_spreads(self) -> None:
         spread, gap = self.object_spread, self.object_gap
@@ -149,19 +173,32 @@ class Objects:
                 f"An object_spread of {spread:g} m would take an object with an object_gap of {gap:g} m into the "
                 f"robot. Give an object_gap of {spread:g} m or more."
             )
+        if self.object_place == "rubble" and 2.0 * spread > gap:
+            raise UsageError(
+                f"An object_spread of {spread:g} m would take an object of rubble with an object_gap of {gap:g} m into "
+                f"another. Give an object_gap of {2.0 * spread:g} m or more."
+            )
 
     def __bool__(self) -> bool:
         return self.object != "none"
 
     @property
     def _draws(self) -> Array:
-        """The draws in [-1, 1] of `object_seed` for the place along and across and for the mass `[3]`."""
-        return np.random.default_rng(self.object_seed).uniform(-1.0, 1.0, 3)
+        """The draws in [-1, 1] of `object_seed`: for the place of all along and across and for the mass, and in rubble
+        for the place of each `[3 + 2 object_count]`."""
+        return np.random.default_rng(self.object_seed).uniform(-1.0, 1.0, 3 + 2 * self.object_count)
 
     @property
-    def solid(self) -> ObjectSolid:
-        """That of every object."""
-        return solid_of(self.object, self.object_size, self.object_file)
+    def solids(self) -> tuple[ObjectSolid, ...]:
+        """That of every object, or those of two kinds, which objects have in turn."""
+        kinds = (self.object,) if self.object_other == "none" else (self.object, self.object_other)
+        return tuple(solid_of(kind, self.object_size, self.object_file) for kind in kinds)
+
+    @property
+    def _largest(self) -> Array:
+        """Length, height and width of a box that holds any of them `[3]` [m]."""
+        found: Array = np.max([solid.size for solid in self.solids], axis=0)
+        return found
 
     @property
     def moves(self) -> bool:
@@ -185,8 +222,25 @@ class Objects:
         """How far they go beyond the robot in any horizontal direction, at most [m]; 0 without any."""
         if not self:
             return 0.0
-        side = float(self.solid.size[[0, 2]].max())
-        return self.object_count * (side + abs(self.object_gap)) + abs(self.object_shift) + self.object_spread
+        side, steps = float(self._largest[[0, 2]].max()), float((self._steps + np.array([1.0, 0.5])).max())
+        return steps * (side + abs(self.object_gap)) + abs(self.object_shift) + self.object_spread
+
+    @property
+    def _steps(self) -> Array:
+        """Steps from the middle of the first place to each: away from the robot, and to the right `[object_count,
+        2]`."""
+        if self.object_place != "rubble":
+            return np.stack([np.arange(self.object_count), np.zeros(self.object_count)], axis=1)
+        places = [(row, across) for row in range(self.object_count) for across in _ROWS[row % 2]]
+        return np.array(places[: self.object_count], dtype=np.float64)
+
+    @property
+    def _ways(self) -> Array:
+        """By which the seed moves each object ahead and to the right `[object_count, 2]` [m]."""
+        draws = self._draws
+        if self.object_place == "rubble":
+            return self.object_spread * draws[3:].reshape(-1, 2)
+        return np.tile(self.object_spread * draws[:2], (self.object_count, 1))
 
     def placed(self, scene: Scene, fidelity: Fidelity) -> Scene:
         """The scene with the objects about its robot, each on what is below it.
@@ -195,18 +249,14 @@ class Objects:
             SceneError: an object is too thin for the grid, is too heavy for the ground, or has no place.
         """
         h, edge = fidelity.grid_spacing, fidelity.particle_edge
-        solid = self.solid
-        solid.check(fidelity)
-        sample = solid.shape.sample(fidelity).of_volume(solid.volume)
         material = ElasticMaterial(
             youngs_modulus=self.object_stiffness,
             poissons_ratio=_POISSONS_RATIO,
             density=self._density(scene),
         )
-        rest = passive_solid(material, sample)
-        rest = replace(rest, velocities=np.broadcast_to(self._velocity, rest.positions.shape).copy())
+        kinds = cycle([self._body(solid, material, fidelity) for solid in self.solids])
         bodies: list[ElasticBody] = []
-        for place in self._places(scene.robot, edge):
+        for place, rest in zip(self._places(scene.robot, edge), kinds, strict=False):
             moved = replace(rest, positions=rest.positions + place)
             if self.object_place == "back":
                 below = bodies[-1] if bodies else scene.robot
@@ -217,22 +267,29 @@ class Objects:
                 bodies.append(_raised(scene, moved, edge, self.object_height + _APART * h))
             else:
                 bodies.append(_stood(scene, moved, edge))
-        objects = tuple(
+        objects = [
             SceneObject(
                 f"object-{number}" if number else "object", body, self.object_friction, self.object_ground_friction
             )
             for number, body in enumerate(bodies)
-        )
+        ]
+        fields = cycle(_RUBBLE_FIELDS if self.object_place == "rubble" else _FIELDS)
         try:
-            return replace(scene, objects=objects)
+            return replace(scene, objects=in_fields(objects, list(islice(fields, len(objects)))))
         except SceneError as error:
             if self.object_place != "below":
                 raise
             raise SceneError(self._no_room(scene.robot)) from error
 
+    def _body(self, solid: ObjectSolid, material: ElasticMaterial, fidelity: Fidelity) -> ElasticBody:
+        """An object at the origin; errors as of `placed`."""
+        solid.check(fidelity)
+        rest = passive_solid(material, solid.shape.sample(fidelity).of_volume(solid.volume))
+        return replace(rest, velocities=np.broadcast_to(self._velocity, rest.positions.shape).copy())
+
     def _density(self, scene: Scene) -> float:
         """Of every object, checked [kg/m^3]; errors as of `placed`."""
-        volume, drawn = self.solid.volume, 1.0 + self.object_mass_spread * float(self._draws[2])
+        volume, drawn = self.solids[0].volume, 1.0 + self.object_mass_spread * float(self._draws[2])
         if scene.water is None:
             if not self.object_mass:
                 raise SceneError("An object_mass of 0 kg is that of water on a grid. Give a positive one here.")
@@ -280,16 +337,13 @@ class Objects:
         low, high = robot.positions.min(axis=0) - edge / 2, robot.positions.max(axis=0) + edge / 2
         middle, half = (low + high) / 2, (high - low) / 2
         middle[1] = low[1]
-        middle[[0, 2]] += self.object_spread * self._draws[:2]
-        if self.object_place in _UNDER:
-            yield from [middle + np.array([self.object_shift, 0.0, 0.0])] * self.object_count
-            return
-        out = self.direction
-        aside = abs(out[::-1]) * self.object_shift
-        length = float(abs(out) @ self.solid.size)
-        first = float(abs(out) @ half) + self.object_gap + length / 2
-        for number in range(self.object_count):
-            yield middle + aside + out * (first + number * (length + self.object_gap))
+        out, size, gap = self.direction, self._largest, self.object_gap
+        aside = (abs(out[::-1]) if out.any() else np.array([1.0, 0.0, 0.0])) * self.object_shift
+        length = float(abs(out) @ size)
+        first = float(abs(out) @ half) + gap + length / 2
+        for (away, across), (ahead, right) in zip(self._steps, self._ways, strict=True):
+            step = np.array([0.0, 0.0, across * (size[2] + gap)])
+            yield middle + np.array([ahead, 0.0, right]) + aside + out * (first + away * (length + gap)) + step
 
 
 NO_OBJECTS = Objects()

@@ -8,7 +8,7 @@ class TaskPlace:
     """Where a robot has a task.
 
     Attributes:
-        object_place: of the objects, `ahead`, `behind`, `left`, `right`, `back` or `below`; empty without any.
+        object_place: of the objects, one of `zoobench.envs.objects.Place`; empty without any.
         is_thrown: whether they begin with a velocity.
         is_raised: whether they begin above the ground, as on an obstacle.
         is_flat: whether the robot stands on level ground with nothing on it.

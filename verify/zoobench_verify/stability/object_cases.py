@@ -68,7 +68,7 @@ def heavy_box_on_a_soft_back(record: EpisodeRecorder) -> None:
 
 @case("rubble", is_fast=False)
 def rubble(record: EpisodeRecorder) -> None:
-    """A block falls at 2 m/s among three boxes, as many as a scene may have, that lie on each other."""
+    """A block falls at 2 m/s among three boxes that lie on each other."""
     block = _with(_block((10, 9, 10), (4, 4, 4), _SOFT), (0.0, -2.0, 0.0))
     boxes = [_block((9, 0.5, 9), (3, 3, 3)), _block((12.5, 0.5, 11), (3, 3, 3)), _block((11, 4, 10), (3, 3, 3))]
     scene, rollout, solver = _episode(record, block, boxes, 60)
