@@ -212,6 +212,22 @@ def test_bodies_of_one_field_move_each_alone_out_of_reach() -> None:
 
 
 @pytest.mark.slow
+def test_the_gradient_goes_through_ten_bodies_of_one_field() -> None:
+    """By actuation and stiffness of the robot, which is thrown at them in flight."""
+    scene = ground_scene()
+    right, low, front = scene.objects[0].body.positions.min(axis=0) - 0.25 * H
+    places = [(row, across) for row in range(4) for across in ((0.5, -1.5, 2.5), (-0.5, 1.5))[row % 2]]
+    blocks = [_block((right + 2.25 * H * x, low, front + 1.125 * H * z), 2) for x, z in places]
+    things = [SceneObject(f"block-{number}", block) for number, block in enumerate(blocks)]
+    objects = in_fields(things, 10 * (0,))
+    probe = Probe(replace(scene, ground=None, gravity=scenes.NO_GRAVITY, objects=objects), 10)
+    gradient = probe.gradient()
+    for name in ("actuation", "stiffness"):
+        direction = np.random.default_rng(5).normal(size=probe.base[name].shape)
+        assert probe.error(gradient, name, direction, 1e-6) <= 1e-5
+
+
+@pytest.mark.slow
 def test_a_sliding_block_stops_where_friction_on_the_ground_stops_it() -> None:
     """After v^2 / (2 mu g), by its own friction and not by that of the ground or of another block."""
     speed, frictions = 0.5, {"near": 0.3, "beyond": 0.2}
