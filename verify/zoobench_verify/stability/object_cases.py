@@ -79,6 +79,19 @@ def rubble(record: EpisodeRecorder) -> None:
     record.at_least("way of the farthest box [cells]", _farthest(solver), 1.0)
 
 
+@case("robot-in-rubble", is_fast=False)
+def robot_in_rubble(record: EpisodeRecorder) -> None:
+    """A caterpillar whose muscles work is thrown at 2 m/s into ten boxes as high as itself."""
+    grid = scenes.fidelity()
+    env = registry.create(Kind.ENV, Ref.parse("ground[object=box,object_place=rubble,object_count=10]"))
+    scene = env.scene(scenes.caterpillar(grid), grid)
+    solver = Solver(replace(scene, robot=_with(scene.robot, (2.0, 0.0, 0.0))), grid)
+    rollout, _ = record.episode(solver, scenes.muscle_wave(solver, 60))
+    record.path_finite(rollout)
+    record.robot_volume(rollout, 0.3)
+    record.within("way of the farthest box [cells]", _farthest(solver), 0.1, 10.0)
+
+
 def _farthest(solver: Solver) -> float:
     """How far the middle of that object has gone which has gone farthest [cells]."""
     places = _last(solver)
