@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.verify.accuracy.study import ladder, sample, scaled
+from tests.verify.accuracy.study import LIMITS, ladder, sample, scaled
 from zoobench.accuracy.levels import PUBLISHED
 from zoobench.errors import UsageError
 from zoobench_verify.accuracy.publishing import write_levels
@@ -54,3 +54,12 @@ def test_another_file_is_not_overwritten(tmp_path: Path, content: object) -> Non
     with pytest.raises(UsageError, match="something else"):
         write_levels(ladder(), path)
     assert path.read_text() == text
+
+
+def test_a_level_that_only_verified_a_reference_is_not_published(tmp_path: Path) -> None:
+    """At it one gait of sixteen was evaluated: it is in the others' errors, and no level to choose."""
+    finer = sample("fine", {gait: 1.2 * score for gait, score in list(LIMITS.items())[-1:]})
+    write_levels(ladder(others=[finer]), tmp_path / PUBLISHED)
+    rows = json.loads((tmp_path / PUBLISHED).read_text())["levels"]
+    assert [row["fidelity"] for row in rows] == ["draft", "standard", "paper"]
+    assert {row["checked"] for row in rows} == {1}

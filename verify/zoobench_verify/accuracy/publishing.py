@@ -12,14 +12,14 @@ from zoobench_verify.accuracy.records import Measurements, rounded
 
 
 def write_levels(measurements: Measurements, path: Path) -> None:
-    """Write the levels' errors and costs, a row each.
+    """Write the levels' errors and costs, a row each, without those at which only references were verified.
 
     Rows of environments and tasks that were not measured stay in the file.
 
     Raises:
         UsageError: the file cannot be read or written.
     """
-    new = [rounded(asdict(row), 4) for row in analyse(measurements).levels]
+    new = [rounded(asdict(row), 4) for row in analyse(measurements).levels if row.gaits > row.checked]
     places = {(row["env"], row["task"]) for row in new}
     try:
         nothing: dict[str, list[Any]] = {"origin": [], "levels": []}
