@@ -14,8 +14,7 @@ from zoobench.spec import Ref
 def test_its_base_is_held_and_its_muscles_run_along_the_rest() -> None:
     """The box of the anchor is that of the base; no muscle is in it, and every quarter of a row has equal volume."""
     body = Arm(rows=3).body(Fidelity(1 / 64))
-    anchor = body.anchor(np.zeros(3))
-    assert anchor is not None
+    (anchor,) = body.anchor(np.zeros(3))
     assert body.anchored is not None
     assert anchor[0][1] == pytest.approx(0.03 + 0.125, abs=body.edge)
     assert not body.muscle_membership[body.anchored].any()

@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.sim import scenes
+from tests.sim.test_adjoint import Probe
 from zoobench.errors import SceneError, UsageError
 from zoobench.sim.model.elastic_bodies import Drive, ElasticBody, SceneObject
 from zoobench.sim.model.fidelity import Fidelity
@@ -16,7 +18,7 @@ from zoobench.sim.solver import Solver
 
 H = 0.01
 GRID = Fidelity(H, precision=64)
-EVERYWHERE = ((-9.0, -9.0, -9.0), (9.0, 9.0, 9.0))
+EVERYWHERE = (((-9.0, -9.0, -9.0), (9.0, 9.0, 9.0)),)
 
 
 def _box(low: tuple[float, float, float], high: tuple[float, float, float], **given: float) -> ElasticBody:
@@ -35,7 +37,7 @@ def test_a_beam_held_at_its_end_bends_as_timoshenko_says(driven: bool, beyond: f
     depth, length, clamp, gravity = 0.04, 0.2, 0.18, 0.3
     beam = _box((0.1, 0.2, 0.1), (clamp + length, 0.2 + depth, 0.1 + depth), viscosity=20.0)
     held = beam.positions[:, 0] < clamp
-    anchor = None if driven else ((0.0, 0.0, 0.0), (clamp, 1.0, 1.0))
+    anchor = () if driven else (((0.0, 0.0, 0.0), (clamp, 1.0, 1.0)),)
     beam = replace(beam, anchor=anchor, drive=Drive(held, speed=1.0) if driven else None)
     solver = Solver(Scene(beam, (0.0, 0.0, 0.0), (0.46, 0.4, 0.24), gravity=(0.0, -gravity, 0.0)), GRID)
     solver.start_at(solver.equilibrate(150))
@@ -64,6 +66,55 @@ def test_what_lies_on_an_obstacle_stays_there_and_so_does_the_obstacle() -> None
     assert abs(heights[0] - block.positions[:, 1].mean()) < H / 3
     assert abs(heights[2] - heights[1]) < 1e-5
     assert np.abs(solver.positions(0)[scene.slice_of("table")] - table.positions).max() < 1e-12
+
+
+def _bridge_scene() -> Scene:
+    """The muscle cube, half over the held end of a plank and half over its free middle, falls on it."""
+    cube, cell = scenes.muscle_body((0.3, 0.34, 0.3), moving=True), scenes.SPACING
+    plank = scenes.passive_block((0.25, 0.34 - 2.25 * cell, 0.28), (9, 2, 4), np.zeros(3))
+    span = 0.36, 0.48
+    ends = ((-9.0, span[0]), (span[1], 9.0))
+    plank = replace(
+        plank,
+        material=replace(plank.material, youngs_modulus=4e4, density=500.0),
+        anchor=tuple(((low, -9.0, -9.0), (high, 9.0, 9.0)) for low, high in ends),
+    )
+    gravity = (0.5, -9.81, 0.2)
+    return Scene(cube, (0.0, 0.0, 0.0), scenes.ARENA, gravity=gravity, objects=(SceneObject("plank", plank),))
+
+
+@pytest.mark.slow  # the conformance suite has the gradient of obstacles
+def test_a_body_on_what_hangs_between_two_ends_has_an_exact_gradient() -> None:
+    """By activity and by the body; the middle has given way, the ends have not."""
+    scene = _bridge_scene()
+    probe = Probe(scene, 12)
+    gradient = probe.gradient()
+    rest, now = scene.objects[0].body.positions, probe.rollout.positions[-1, 0, scene.slice_of("plank")]
+    moved, apart = np.abs(now - rest).max(axis=1), 1.5 * scenes.SPACING
+    assert moved[(rest[:, 0] < 0.36 - apart) | (rest[:, 0] > 0.48 + apart)].max() == 0.0
+    assert moved.max() > 1e-3
+    for name in scenes.GROUPS:
+        direction = np.random.default_rng(5).uniform(-1.0, 1.0, probe.base[name].shape)
+        assert probe.error(gradient, name, direction, 1e-6) <= 1e-5, name
+
+
+@pytest.mark.slow
+def test_what_lies_on_the_held_end_of_a_soft_body_does_not_sink() -> None:
+    """As on an obstacle, all of which is held, though nodes there are no heavier than what lies on them."""
+    free = (0.15 + 2 * H, 0.2)
+    table = _box((0.05, 0.04, 0.05), (0.25, 0.06, 0.15))
+    anchor = tuple(((low, -9.0, -9.0), (high, 9.0, 9.0)) for low, high in ((-9.0, free[0]), (free[1], 9.0)))
+    block = _box((0.08, 0.0625, 0.08), (0.12, 0.1025, 0.12), viscosity=5.0)
+    ends = SceneObject("table", replace(table, anchor=anchor))
+    solver = Solver(Scene(block, (0.0, 0.0, 0.0), (0.3, 0.2, 0.2), objects=(ends,)), GRID)
+    solver.start_at(solver.equilibrate(60))
+    solver.reset()
+    heights = []
+    for _ in range(2):
+        heights.append(solver.positions(0)[: block.particle_count, 1].mean())
+        solver.substeps(round(0.1 / solver.dt))
+    assert abs(heights[0] - block.positions[:, 1].mean()) < H / 3
+    assert abs(heights[1] - heights[0]) < 1e-5
 
 
 @pytest.mark.parametrize("given", [{"anchor": EVERYWHERE}, {"drive": Drive(np.ones(512, np.bool_), 1.0)}])

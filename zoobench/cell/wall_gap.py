@@ -40,7 +40,7 @@ def gaps_of(motion: Motion, scene: Scene, offsets: Array, grid_spacing: float) -
         grid_spacing: length of a cell [m].
     """
     places, present = motion.positions[:, 0].detach().numpy(), motion.existing[0].detach().numpy() > SOLID
-    held = {thing.name for thing in scene.objects if thing.body.anchor is not None}
+    held = {thing.name for thing in scene.objects if thing.body.anchor}
     for each in (each for name, each in motion.objects.items() if name not in held):
         places = np.concatenate([places, each.positions[:, 0].detach().numpy()], axis=1)
         present = np.concatenate([present, np.ones(len(each.masses), bool)])

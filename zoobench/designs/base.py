@@ -11,7 +11,7 @@ from zoobench.arrays import Array, Mask
 from zoobench.designs.quarters import BASE_CHANNELS
 from zoobench.designs.sampling import SolidSample
 from zoobench.errors import SceneError, UsageError
-from zoobench.sim.model.elastic_bodies import BodyParticles, Drive, uniform_arrays
+from zoobench.sim.model.elastic_bodies import BodyParticles, Box, Drive, uniform_arrays
 from zoobench.sim.model.fidelity import Fidelity
 
 
@@ -103,13 +103,14 @@ class Body(BodyParticles):
         found: Array = high - low
         return found
 
-    def anchor(self, shift: Array) -> tuple[tuple[float, float, float], tuple[float, float, float]] | None:
-        """Corners of the box of the cubes that are held [m], of a body moved by `shift` `[3]` [m]; None if none is."""
+    def anchor(self, shift: Array) -> tuple[Box, ...]:
+        """The box of the cubes that are held, of a body moved by `shift` `[3]` [m]; none if none are."""
         if self.anchored is None or self.base_speed:
-            return None
+            return ()
         held = self.sites[self.anchored] + shift
         low, high = held.min(axis=0) - self.edge / 2, held.max(axis=0) + self.edge / 2
-        return (float(low[0]), float(low[1]), float(low[2])), (float(high[0]), float(high[1]), float(high[2]))
+        corners = (float(low[0]), float(low[1]), float(low[2])), (float(high[0]), float(high[1]), float(high[2]))
+        return (corners,)
 
     @property
     def drive(self) -> Drive | None:

@@ -322,7 +322,7 @@ class Objects:
     def _no_room(self, robot: ElasticBody) -> str:
         """Why an object below the robot begins within it."""
         size = f"A {self.object} of {self.object_size:g} m"
-        if robot.anchor is None and robot.drive is None:
+        if not robot.anchor and robot.drive is None:
             return (
                 f"{size} has no room below a robot that stands on the ground. Choose a design that hangs, such as "
                 "gripper, or another object_place, such as ahead or back."

@@ -99,7 +99,7 @@ class Obstacles:
                 f"x, y and z, beyond the arena, which ends at {scene.upper} m. Give smaller ones."
             )
         sample = Shape(_within(corners), tuple(first), tuple(last)).sample(fidelity)
-        body = replace(passive_solid(_HEAVY, sample), anchor=_EVERYWHERE)
+        body = replace(passive_solid(_HEAVY, sample), anchor=(_EVERYWHERE,))
         thing = SceneObject(OBSTACLE, body, self.obstacle_friction, 0.0)
         return replace(scene, objects=(*scene.objects, thing))
 

@@ -17,6 +17,7 @@ from zoobench.sim.kernels.layout import BEFORE, CONSTANTS, MOMENTUM, PUSH, RATIO
 from zoobench.sim.kernels.transfer import AFLIP, APIC, PIC
 from zoobench.sim.kernels.water_grid import immersed, water_layout
 from zoobench.sim.launch import Launch
+from zoobench.sim.model.elastic_bodies import ElasticBody
 from zoobench.sim.model.fidelity import Fidelity, Transfer
 from zoobench.sim.model.grid_water import LEAST_CELLS, GridWater, solver_modes
 from zoobench.sim.model.ground_skin import GroundSkin
@@ -76,6 +77,7 @@ class Launcher:
             fbar=has_fbar(scene, fidelity),
             objects=len(scene.field_objects),
             anchors=_anchors(scene),
+            clamped=tuple(k for k, each in enumerate(scene.field_objects, 1) if _is_clamped(each.body)),
             driven=scene.robot.drive is not None,
             water=GridWater if scene.water else None,
         )
@@ -297,7 +299,7 @@ class Launcher:
 
     def _list_anchors(self) -> list[float]:
         """First and last node along x, y and z that each anchor holds, see `layout.object_constants`."""
-        corners = [body.anchor for body in self._scene.elastic_bodies if body.anchor is not None]
+        corners = [box for body in self._scene.elastic_bodies for box in body.anchor]
         h = self._fidelity.grid_spacing
         nodes = (np.array(corners).reshape(-1, 2, 3) - self._scene.lower) / h + WALL_NODES
         nodes[:, 0] -= _ROUNDING
@@ -344,11 +346,16 @@ class Launcher:
         return lazy_zeros((self.fields, self._own_nodes + kept, 4), self._real, self._device)
 
 
-def _anchors(scene: Scene) -> tuple[bool, ...]:
-    """Whether the robot, and each field of objects, is anchored; empty where none is."""
-    bodies = (scene.robot, *(each.body for each in scene.field_objects))
-    anchors = tuple(body.anchor is not None for body in bodies)
+def _anchors(scene: Scene) -> tuple[int, ...]:
+    """In how many boxes the robot, and each field of objects, is held; empty where none is."""
+    anchors = tuple(len(body.anchor) for body in (scene.robot, *(each.body for each in scene.field_objects)))
     return anchors if any(anchors) else ()
+
+
+def _is_clamped(body: ElasticBody) -> bool:
+    """Whether a body is held in part."""
+    inside = [np.all((body.positions >= low) & (body.positions <= high), axis=1) for low, high in body.anchor]
+    return bool(inside) and not bool(np.any(inside, axis=0).all())
 
 
 def law_of(material: Medium) -> Law:

@@ -38,7 +38,7 @@ class RestFrameLauncher(Launcher):
                 "A robot in its rest frame (robot=lagrangian) moves on firm ground and in water by forces on its "
                 "surface. Choose an environment without a bed, water of another kind or objects, or robot=mpm."
             )
-        if scene.robot.anchor is not None or scene.robot.drive is not None:
+        if scene.robot.anchor or scene.robot.drive is not None:
             raise UsageError(
                 "A robot in its rest frame (robot=lagrangian) cannot be held. Choose another design, or robot=mpm."
             )

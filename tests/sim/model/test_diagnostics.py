@@ -254,7 +254,7 @@ def test_a_base_in_the_ground_or_in_what_is_held_is_found() -> None:
     cube = ElasticBody.passive(rubber, fill_box(np.full(3, 0.2), np.full(3, 0.4), 0.1, 8), np.full(64, 0.05**3))
     things = [
         replace(cube, positions=cube.positions + np.array([0.0, 0.3, 0.0])),
-        replace(cube, anchor=((-9.0, -9.0, -9.0), (9.0, 9.0, 9.0))),
+        replace(cube, anchor=(((-9.0, -9.0, -9.0), (9.0, 9.0, 9.0)),)),
     ]
     objects = (SceneObject("free", things[0]), SceneObject("held", things[1]))
     robot = ElasticBody.passive(rubber, np.full((1, 3), 0.9), np.array([1e-4]))

@@ -22,7 +22,7 @@ _EDGE = 0.05
 """Of every box [m]."""
 _CELLS = (4, 6, 8)
 _DOWN: Vector = (0.0, -GRAVITY, 0.0)
-_EVERYWHERE = ((-9.0, -9.0, -9.0), (9.0, 9.0, 9.0))
+_EVERYWHERE = (((-9.0, -9.0, -9.0), (9.0, 9.0, 9.0)),)
 
 
 def _box(corner: Vector, h: float, velocity: Vector = WEIGHTLESS, edges: Vector = (_EDGE, _EDGE, _EDGE)) -> ElasticBody:
@@ -291,7 +291,7 @@ def _bent(cells: int, *, driven: bool) -> float:
     positions = lattice((0.04, 0.1, 0.08), (clamp + length, 0.1 + depth, 0.08 + depth), h / 2)
     beam = passive_body(soft, positions, (h / 2) ** 3)
     base = positions[:, 0] < clamp
-    beam = replace(beam, drive=Drive(base, 1.0)) if driven else replace(beam, anchor=((0, 0, 0), (clamp, 1, 1)))
+    beam = replace(beam, drive=Drive(base, 1.0)) if driven else replace(beam, anchor=(((0, 0, 0), (clamp, 1, 1)),))
     scene = Scene(beam, (0, 0, 0), (0.28, 0.24, 0.2), gravity=(0.0, -gravity, 0.0))
     rig = Rig(scene, h, 0.05, precision=32, courant=0.8)
     frequency = 1.875**2 / length**2 * depth * math.sqrt(2e5 / (12.0 * 500.0))  # [rad/s], of its first mode
@@ -321,6 +321,43 @@ def held_beam(record: CaseRecorder) -> None:
             record.within(what, found, 0.9, 1.1, shortfall=known if cells == 4 else None)
             sags.setdefault("MPM, driven" if driven else "MPM, held", []).append(found)
     _draw(record, "Beam that is held at one end", "sag over Timoshenko's", sags, 1.0)
+
+
+def _hung(cells: int) -> float:
+    """Sag of the middle of a beam that is held at both ends, over Timoshenko's."""
+    depth, span, clamp, gravity = 0.04, 0.2, 0.06, 2.0
+    h = depth / cells
+    soft = ElasticMaterial(youngs_modulus=2e5, poissons_ratio=0.0, density=500.0, viscosity=20.0)
+    positions = lattice((0.02, 0.1, 0.08), (2 * clamp + span - 0.02, 0.1 + depth, 0.08 + depth), h / 2)
+    ends = ((0.0, clamp), (clamp + span, 1.0))
+    beam = replace(
+        passive_body(soft, positions, (h / 2) ** 3), anchor=tuple(((low, 0, 0), (high, 1, 1)) for low, high in ends)
+    )
+    rig = Rig(
+        Scene(beam, (0, 0, 0), (0.32, 0.24, 0.2), gravity=(0.0, -gravity, 0.0)), h, 0.05, precision=32, courant=0.8
+    )
+    frequency = 4.730**2 / span**2 * depth * math.sqrt(2e5 / (12.0 * 500.0))  # [rad/s], of its first mode
+    rig.equilibrate(2.0 * frequency, round(10.0 / frequency / rig.dt))
+    middle = np.abs(positions[:, 0] - clamp - span / 2) < h / 2
+    load = 500.0 * gravity * depth**2
+    exact = load * span**4 / (384 * 2e5 * depth**4 / 12) + load * span**2 / (8 * 5 / 6 * 1e5 * depth**2)
+    return float((positions - rig.positions)[middle, 1].mean()) / exact
+
+
+@case(
+    "hung-beam",
+    "Timoshenko 1921: q l^4 / 384 EI + q l^2 / 8 k G A",
+    "4, 6 and 8 cells through it",
+    precision=32,
+    is_fast=False,
+)
+def hung_beam(record: CaseRecorder) -> None:
+    """A beam that is held at both ends, as a bridge is, sags under its weight."""
+    sags: list[float] = []
+    for cells in _CELLS:
+        sags.append(_hung(cells))
+        record.within(f"sag over the exact one, {cells} cells", sags[-1], 0.9, 1.1)
+    _draw(record, "Beam that is held at both ends", "sag over Timoshenko's", {"MPM": sags}, 1.0)
 
 
 @case("held-table", "Coulomb 1785: a = -μ g", "box of 4, 6 and 8 cells", precision=32, is_fast=False)

@@ -21,10 +21,12 @@ def is_held(c: ti.template(), k: ti.template(), index: ti.template()):
     """Whether a node of layer k, `index` of the whole grid, is held."""
     held = False
     if ti.static(c.variant.is_anchored(k)):
-        first = ti.static(6 * c.variant.anchor_of(k))
-        held = True
-        for d in ti.static(range(3)):
-            held = held and c.scene.anchor[first + d] <= index[d] and index[d] <= c.scene.anchor[first + 3 + d]
+        for box in ti.static(c.variant.anchors_of(k)):
+            inside = True
+            for d in ti.static(range(3)):
+                low, high = c.scene.anchor[6 * box + d], c.scene.anchor[6 * box + 3 + d]
+                inside = inside and low <= index[d] and index[d] <= high
+            held = held or inside
     return held
 
 
@@ -36,6 +38,19 @@ def unless_held(c: ti.template(), k: ti.template(), index: ti.template(), v):
         if is_held(c, k, index):
             found = 0.0 * v
     return found
+
+
+@ti.func
+def heaviness_at(c: ti.template(), k: ti.template(), index: ti.template()):
+    """Factor of the mass with which a node of layer k meets other bodies [-].
+
+    Where an object that is free elsewhere is held, it is as heavy as a base that moves: what comes to it stops.
+    """
+    heaviness = 1.0 + 0.0 * c.dt
+    if ti.static(k in c.variant.clamped):
+        if is_held(c, k, index):
+            heaviness = HEAVINESS
+    return heaviness
 
 
 @ti.func

@@ -93,7 +93,8 @@ class Variant:
         robot: whether a particle may be elastic: not where only the medium's are visited.
         objects: number of velocity fields of objects, each with nodes of its own; objects that share one follow each
             other, and kernels do not tell them apart.
-        anchors: whether the robot, and each field of objects, is anchored; empty where none is.
+        anchors: in how many boxes the robot, and each field of objects, is held; empty where none is.
+        clamped: layers of objects that are held in part.
         driven: whether particles of the robot are, see `anchors`.
         at_once: whether each world has a thread of its own, where a kernel visits a world by one (`rest_frame`).
     """
@@ -111,7 +112,8 @@ class Variant:
     fbar: bool
     robot: bool = True
     objects: int = 0
-    anchors: tuple[bool, ...] = ()
+    anchors: tuple[int, ...] = ()
+    clamped: tuple[int, ...] = ()
     driven: bool = False
     at_once: bool = False
     water: type[GridWater] | None = None
@@ -159,12 +161,13 @@ class Variant:
         return self.rolling and self.ground == TERRAIN
 
     def is_anchored(self, layer: int) -> bool:
-        """Whether the nodes of this layer are held within a box."""
-        return layer < len(self.anchors) and self.anchors[layer]
+        """Whether nodes of this layer are held."""
+        return bool(self.anchors_of(layer))
 
-    def anchor_of(self, layer: int) -> int:
-        """Which of the anchors is that of this layer."""
-        return sum(self.anchors[:layer])
+    def anchors_of(self, layer: int) -> range:
+        """Which of the anchors' boxes are those of this layer."""
+        first = sum(self.anchors[:layer])
+        return range(first, sum(self.anchors[: layer + 1]))
 
     def is_tight(self, layer: int) -> bool:
         """Whether walls press on this layer of nodes."""

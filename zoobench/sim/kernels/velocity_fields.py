@@ -13,7 +13,7 @@ from typing import Any
 
 import taichi as ti
 
-from zoobench.sim.kernels.anchors import unless_held
+from zoobench.sim.kernels.anchors import heaviness_at, unless_held
 from zoobench.sim.kernels.boundary import contact, contact_adjoint
 from zoobench.sim.kernels.contact_normal import (
     FLAT,
@@ -154,6 +154,7 @@ def contact_impulse(c: ti.template(), pair: ti.template(), m, index: ti.template
     share, rise, reduced, preload, strength = 0.0 * c.dt, 0.0 * c.dt, 0.0 * c.dt, 0.0 * c.dt, 0.0 * c.dt
     slope, change, impulse = 0.0 * v, 0.0 * v, 0.0 * v
     room, up, down = 1.0 + 0.0 * c.dt, 0.0 * v, 0.0 * v
+    heavy, other_heavy = heaviness_at(c, a, index), heaviness_at(c, b, index)
     if q[3] > 0.0 and o[3] > 0.0:
         rooms = free_volumes(c, index)
         room = rooms[0] * rooms[1] * rooms[2]
@@ -167,13 +168,15 @@ def contact_impulse(c: ti.template(), pair: ti.template(), m, index: ti.template
             up, down = beside(c, index, rooms)
             slope = contact_slope(c, pair, m, ti.Struct(up=up, down=down, room=room))
             change = contact_change(relative, slope, share, preload, friction_between(c, pair))
-            reduced = q[3] * o[3] / (q[3] + o[3])
+            mass, other = heavy * q[3], other_heavy * o[3]
+            reduced = mass * other / (mass + other)
             impulse = reduced * change
-            first += impulse / q[3]
-            second += (-1.0 / o[3]) * impulse
+            first += impulse / mass
+            second += (-1.0 / other) * impulse
     return ti.Struct(
         v=first, u=second, relative=relative, share=share, rise=rise, preload=preload, strength=strength,
-        reduced=reduced, slope=slope, change=change, impulse=impulse, room=room, up=up, down=down,
+        reduced=reduced, slope=slope, change=change, impulse=impulse, room=room, up=up, down=down, heavy=heavy,
+        other_heavy=other_heavy,
     )  # fmt: skip
 
 
@@ -187,8 +190,9 @@ def contact_impulse_adjoint(
     before, other, of_first, of_second = v_adjoint, u_adjoint, 0.0 * c.dt, 0.0 * c.dt
     by_mass, by_other_mass = 0.0 * c.dt, 0.0 * c.dt
     if found.share > 0.0:
+        mass, other_mass = found.heavy * q[3], found.other_heavy * o[3]
         # v' = v + J / q and u' = u - J / o with J = reduced change
-        impulse_adjoint = v_adjoint / q[3] - u_adjoint / o[3]
+        impulse_adjoint = v_adjoint / mass - u_adjoint / other_mass
         by_reduced = found.change.dot(impulse_adjoint)
         by_velocity, by_slope, by_share, by_preload = contact_change_adjoint(
             found.relative, found.slope, found.share, found.preload, friction_between(c, pair),
@@ -196,13 +200,14 @@ def contact_impulse_adjoint(
         )  # fmt: skip
         by_total = (by_share * found.rise + by_preload * found.strength) / found.room
         # reduced = q o / (q + o)
-        q_part, o_part = found.reduced / q[3], found.reduced / o[3]
+        q_part, o_part = found.reduced / mass, found.reduced / other_mass
         of_second = by_total / mass_of_full_node(c, b)
         if not is_overfull(c, a, m + a * c.nodes.size):
             of_first = by_total / mass_of_full_node(c, a)
         # divided twice: in float32 the square of a mass below 1e-23 kg, of a node that a field hardly touches, is 0
-        by_mass = by_reduced * q_part * q_part - v_adjoint.dot(found.impulse) / q[3] / q[3]
-        by_other_mass = by_reduced * o_part * o_part + u_adjoint.dot(found.impulse) / o[3] / o[3]
+        by_mass = found.heavy * (by_reduced * q_part * q_part - v_adjoint.dot(found.impulse) / mass / mass)
+        of_other = by_reduced * o_part * o_part + u_adjoint.dot(found.impulse) / other_mass / other_mass
+        by_other_mass = found.other_heavy * of_other
         before = v_adjoint + by_velocity
         other = u_adjoint - by_velocity
         more, more_other = contact_slope_adjoint(c, pair, m, node, found, by_slope)

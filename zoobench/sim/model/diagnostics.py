@@ -93,7 +93,7 @@ class HeldMatter:
     def __init__(self, scene: Scene) -> None:
         from scipy.spatial import cKDTree
 
-        held = [each.body for each in scene.objects if each.body.anchor is not None]
+        held = [each.body for each in scene.objects if each.body.anchor]
         self._floor = scene.lower[1] if scene.ground is not None else -math.inf
         self._trees = [(cKDTree(body.positions), 0.5 * float(body.volumes.max()) ** (1 / 3)) for body in held]
 

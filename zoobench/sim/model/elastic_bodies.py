@@ -10,6 +10,9 @@ import numpy as np
 from zoobench.arrays import Array, Mask
 from zoobench.sim.model.laws.elastic import ElasticMaterial
 
+Box = tuple[tuple[float, float, float], tuple[float, float, float]]
+"""Lower and upper corner [m]."""
+
 
 @dataclass(frozen=True)
 class BodyParticles:
@@ -79,7 +82,7 @@ class ElasticBody(BodyParticles):
         edge: of the cubes that the particles stand for [m]; None for that of the fidelity.
         site_offsets: `[particle_count, 3]` of the centres of those cubes from the positions [m], where a body fills
             some in part; None for none.
-        anchor: lower and upper corner of the box in which it is held at rest [m]; None where it is free.
+        anchor: boxes in which it is held at rest; none where it is free.
         drive: of a robot with a base that moves; None for none.
     """
 
@@ -88,7 +91,7 @@ class ElasticBody(BodyParticles):
     velocity_gradients: Array | None = None
     edge: float | None = None
     site_offsets: Array | None = None
-    anchor: tuple[tuple[float, float, float], tuple[float, float, float]] | None = None
+    anchor: tuple[Box, ...] = ()
     drive: Drive | None = None
 
     @property

@@ -228,8 +228,9 @@ class Scene:
                 "environment, or a base that is held."
             )
         for name, body in (("robot", self.robot), *((each.name, each.body) for each in self.objects)):
-            if body.anchor is not None and not np.less_equal(*body.anchor).all():
-                raise SceneError(f"The anchor of the {name} from {body.anchor[0]} to {body.anchor[1]} m is no box.")
+            for low, high in body.anchor:
+                if not np.less_equal(low, high).all():
+                    raise SceneError(f"The anchor of the {name} from {low} to {high} m is no box.")
 
     def _check_arena(self) -> None:
         if self.ground is not None and self.ground.terrain is not None:
