@@ -149,7 +149,7 @@ class SceneObject:
             (each.body.material, each.body.edge, each.body.anchor, each.friction, each.ground_friction)
             for each in (self, other)
         )
-        return mine == its and self.body.anchor is None
+        return mine == its and not self.body.anchor
 
 
 def in_fields(things: Sequence[SceneObject], numbers: Sequence[int]) -> tuple[SceneObject, ...]:
