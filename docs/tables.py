@@ -265,6 +265,7 @@ _NEW = {
     ),
     ("held-beam", "sag over the exact one, held"): ("beam held at its end: sag over Timoshenko's", "1"),
     ("held-beam", "sag over the exact one, driven"): ("beam on a base that moves: the same", "1"),
+    ("hung-beam", "sag over the exact one"): ("beam held at both ends: sag over Timoshenko's", "1"),
 }  # fmt: skip
 """The same, of what the prototype did not have."""
 

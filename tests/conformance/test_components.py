@@ -110,6 +110,8 @@ CELLS.append(pytest.param(BALL, "topple", "caterpillar", id="ball-topple-caterpi
 # the robot begins at an obstacle: the walls of a shaft it hardly touches in a few frames
 HURDLE = "ground[obstacle=hurdle,obstacle_distance=0]"
 CELLS.append(pytest.param(HURDLE, "climb", "caterpillar", id="hurdle-climb-caterpillar"))
+# the plank of a cell at smoke begins below the robot, and hangs freely a cell ahead of it
+BRIDGE = "ground[obstacle=bridge,obstacle_distance=0,obstacle_length=0.125]"
 THROWN = "ground[object=box,object_gap=0.005,object_speed=0.6]"
 CELLS += [
     pytest.param(place, task, name, id=f"{word}-{task}-{name}", marks=pytest.mark.slow)
@@ -120,6 +122,7 @@ CELLS += [
         ("tank", TANK, "movement-speed", ["caterpillar"]),
         ("thrown", THROWN, "catch", ["caterpillar"]),
         ("hills", "ground[relief=0.01,object=ball,object_gap=0]", "topple", ["caterpillar"]),
+        ("bridge", BRIDGE, "movement-speed", ["caterpillar"]),
         ("below", str(cell(task="lift").env), "lift", ["gripper"]),
     )
     for name in names

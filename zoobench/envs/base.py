@@ -250,11 +250,11 @@ class Environment:
         It is longer by whole cells, so that episodes of every length begin at the same place of the grid.
 
         A bed is longer by the way of an episode ahead, and firm ground, which costs nothing, on every side, by the way
-        down a slope and by what objects take. A tank of water is as large as it is given, since waves of a longer one
-        would take longer to rest, and one of water on a grid larger by what objects take on their side.
+        down a slope and by what objects or a bridge take. A tank of water is as large as it is given, since waves of a
+        longer one would take longer to rest, and one of water on a grid larger by what objects take on their side.
         """
         fastest = max(HIGHEST_SPEED, abs(self.objects.object_speed)) if self.objects else HIGHEST_SPEED
-        taken = _whole(self.objects.reach, grid_spacing)
+        taken = _whole(self.objects.reach + self.obstacles.reach, grid_spacing)
         way = _whole(fastest * seconds, grid_spacing) + taken
         size = np.array(self.arena)
         start = size * (self.start[0], 0.0, self.start[1])
