@@ -274,7 +274,7 @@ def test_suites_are_listed(zoobench: Command) -> None:
     records = json.loads(zoobench("list", "suites", "--format", "json").out)
     parts = [f"paper/{name}" for name in ("animals", "reinforcement", "control", "design", "codesign")]
     names = ["codesign", "control", "design", "gaits", "manipulation", "paper", *parts]
-    names += ["shallows", "smoke"]
+    names += ["shallows", "skills", "smoke"]
     assert [record["name"] for record in records] == names
     assert {record["version"] for record in records} == {None}
     assert all(record in json.loads(zoobench("list", "--format", "json").out) for record in records)

@@ -64,6 +64,13 @@ def test_methods_compete_at_equal_substeps(name: str) -> None:
     assert {len(budgets) for budgets in rows.values()} == {1}
 
 
+def test_skills_are_shown_and_not_compared() -> None:
+    """One run of the gradient for each task."""
+    specs = suites.load("skills").specs
+    assert {(spec.method.name, spec.seed, spec.budget.kind) for spec in specs} == {("diffphysics", 0, "substeps")}
+    assert len({(spec.env, spec.task) for spec in specs}) == len(specs)
+
+
 @pytest.mark.parametrize("name", ["gaits", "shallows", "design", "codesign", "control", "paper"])
 def test_the_boards_have_the_published_episode(name: str) -> None:
     """200 frames, 1.6 s, so that a gait has to last."""
