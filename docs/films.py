@@ -1,9 +1,10 @@
-"""Film published solutions: `python docs/films.py` writes docs/animals.gif and docs/manipulation.mp4.
+"""Film published solutions: `python docs/films.py` writes docs/animals.gif, docs/manipulation.mp4 and docs/skills.mp4.
 
-The first has three animals in three media, the second the best solutions of eleven rows of the board `manipulation`.
-Five minutes of one core.
+The first has three animals in three media, the others the best solutions of rows of the board of their name. Six
+minutes of one core; `python docs/films.py skills` writes that film alone.
 """
 
+import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -38,7 +39,20 @@ MANIPULATIONS = (
     ("best:manipulation/ground/jump/panda", "jump"),
     ("best:manipulation/ground/shape/caterpillar", "change the shape"),
 )
-"""Name and title."""
+SKILLS = (
+    ("best:skills/ground/height/block", "be higher"),
+    ("best:skills/ground/span/block", "be longer"),
+    ("best:skills/ground/topple/caterpillar", "topple a column"),
+    ("best:skills/ground/kick/block", "throw a box"),
+    ("best:skills/ground/reach/arm", "reach around a post"),
+    ("best:skills/ground/spin/gripper", "turn a box"),
+    ("best:skills/ground/flip/block", "flip"),
+    ("best:skills/ground/balance/block", "raise the head"),
+    ("best:skills/ground[step_height=0.02]/movement-speed/block", "mount a step"),
+    ("best:skills/ground[obstacle=hurdle]/movement-speed/block", "leap a hurdle"),
+)
+BOARDS = {"manipulation": MANIPULATIONS, "skills": SKILLS}
+"""Name and title of each solution."""
 
 SLOWED = 4
 EVERY = 3  # frames from picture to picture
@@ -49,13 +63,21 @@ COLOURS = 220  # of the .gif
 
 
 def main() -> None:
-    """Simulate, draw and write both."""
+    """Simulate, draw and write the films that are named, or all."""
+    wanted = sys.argv[1:] or ["animals", *BOARDS]
+    if "animals" in wanted:
+        _write_animals()
+    for board, solutions in BOARDS.items():
+        if board in wanted:
+            pictures = _filmed([(published.named(name), title) for name, title in solutions])
+            iio.imwrite(DOCS / f"{board}.mp4", pictures, fps=1 / SHOWN_SECONDS, quality=5)
+
+
+def _write_animals() -> None:
     pictures = _filmed([(_shortened(published.named(name)), title) for name, title in ANIMALS])
     palette = Image.fromarray(np.vstack(pictures[:: len(pictures) // 3])).quantize(COLOURS)
     reduced = [np.asarray(_in(palette, picture)) for picture in pictures]
     iio.imwrite(DOCS / "animals.gif", reduced, duration=1000 * SHOWN_SECONDS, loop=0)
-    films = _filmed([(published.named(name), title) for name, title in MANIPULATIONS])
-    iio.imwrite(DOCS / "manipulation.mp4", films, fps=1 / SHOWN_SECONDS, quality=5)
 
 
 def _shortened(run: PublishedRun) -> PublishedRun:
