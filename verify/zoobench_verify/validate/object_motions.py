@@ -22,6 +22,8 @@ _EDGE = 0.05
 """Of every box [m]."""
 _CELLS = (4, 6, 8)
 _DOWN: Vector = (0.0, -GRAVITY, 0.0)
+_DEPTH, _BEAM = 0.04, ElasticMaterial(youngs_modulus=2e5, poissons_ratio=0.0, density=500.0, viscosity=20.0)
+"""Depth and width [m] and matter of every beam."""
 _EVERYWHERE = (((-9.0, -9.0, -9.0), (9.0, 9.0, 9.0)),)
 
 
@@ -283,23 +285,36 @@ def object_gripped(record: CaseRecorder) -> None:
     _draw(record, "Box between two plates", "acceleration beyond the exact one [g]", found, 0.0)
 
 
+def _sag(beam: ElasticBody, h: float, length: float, gravity: float, wave: float) -> Array:
+    """How far the particles of a held beam sink until they rest `[particle_count]` [m].
+
+    Args:
+        h: spacing of the grid [m].
+        length: of the arena [m].
+        wave: square of the wave number of the beam's first mode [1/m^2], for the viscosity and the time of coming to
+            rest.
+    """
+    rig = Rig(
+        Scene(beam, (0, 0, 0), (length, 0.24, 0.2), gravity=(0.0, -gravity, 0.0)), h, 0.05, precision=32, courant=0.8
+    )
+    frequency = wave * _DEPTH * math.sqrt(2e5 / (12.0 * 500.0))  # [rad/s]
+    rig.equilibrate(2.0 * frequency, round(10.0 / frequency / rig.dt))
+    sunk: Array = (beam.positions - rig.positions)[:, 1]
+    return sunk
+
+
 def _bent(cells: int, *, driven: bool) -> float:
     """Sag of a beam that is held at its end, over Timoshenko's."""
-    depth, length, clamp, gravity = 0.04, 0.14, 0.08, 0.5
-    h = depth / cells
-    soft = ElasticMaterial(youngs_modulus=2e5, poissons_ratio=0.0, density=500.0, viscosity=20.0)
-    positions = lattice((0.04, 0.1, 0.08), (clamp + length, 0.1 + depth, 0.08 + depth), h / 2)
-    beam = passive_body(soft, positions, (h / 2) ** 3)
+    length, clamp, gravity = 0.14, 0.08, 0.5
+    h = _DEPTH / cells
+    positions = lattice((0.04, 0.1, 0.08), (clamp + length, 0.1 + _DEPTH, 0.08 + _DEPTH), h / 2)
+    beam = passive_body(_BEAM, positions, (h / 2) ** 3)
     base = positions[:, 0] < clamp
     beam = replace(beam, drive=Drive(base, 1.0)) if driven else replace(beam, anchor=(((0, 0, 0), (clamp, 1, 1)),))
-    scene = Scene(beam, (0, 0, 0), (0.28, 0.24, 0.2), gravity=(0.0, -gravity, 0.0))
-    rig = Rig(scene, h, 0.05, precision=32, courant=0.8)
-    frequency = 1.875**2 / length**2 * depth * math.sqrt(2e5 / (12.0 * 500.0))  # [rad/s], of its first mode
-    rig.equilibrate(2.0 * frequency, round(10.0 / frequency / rig.dt))
     tip = positions[:, 0] > clamp + length - h / 2
-    reach, load = length - h / 4, 500.0 * gravity * depth**2
-    exact = load * reach**4 / (8 * 2e5 * depth**4 / 12) + load * reach**2 / (2 * 5 / 6 * 1e5 * depth**2)
-    return float((positions - rig.positions)[tip, 1].mean()) / exact
+    reach, load = length - h / 4, 500.0 * gravity * _DEPTH**2
+    exact = load * reach**4 / (8 * 2e5 * _DEPTH**4 / 12) + load * reach**2 / (2 * 5 / 6 * 1e5 * _DEPTH**2)
+    return float(_sag(beam, h, 0.28, gravity, 1.875**2 / length**2)[tip].mean()) / exact
 
 
 @case(
@@ -325,23 +340,15 @@ def held_beam(record: CaseRecorder) -> None:
 
 def _hung(cells: int) -> float:
     """Sag of the middle of a beam that is held at both ends, over Timoshenko's."""
-    depth, span, clamp, gravity = 0.04, 0.2, 0.06, 2.0
-    h = depth / cells
-    soft = ElasticMaterial(youngs_modulus=2e5, poissons_ratio=0.0, density=500.0, viscosity=20.0)
-    positions = lattice((0.02, 0.1, 0.08), (2 * clamp + span - 0.02, 0.1 + depth, 0.08 + depth), h / 2)
-    ends = ((0.0, clamp), (clamp + span, 1.0))
-    beam = replace(
-        passive_body(soft, positions, (h / 2) ** 3), anchor=tuple(((low, 0, 0), (high, 1, 1)) for low, high in ends)
-    )
-    rig = Rig(
-        Scene(beam, (0, 0, 0), (0.32, 0.24, 0.2), gravity=(0.0, -gravity, 0.0)), h, 0.05, precision=32, courant=0.8
-    )
-    frequency = 4.730**2 / span**2 * depth * math.sqrt(2e5 / (12.0 * 500.0))  # [rad/s], of its first mode
-    rig.equilibrate(2.0 * frequency, round(10.0 / frequency / rig.dt))
+    span, clamp, gravity = 0.2, 0.06, 2.0
+    h = _DEPTH / cells
+    positions = lattice((0.02, 0.1, 0.08), (2 * clamp + span - 0.02, 0.1 + _DEPTH, 0.08 + _DEPTH), h / 2)
+    ends = ((0, 0, 0), (clamp, 1, 1)), ((clamp + span, 0, 0), (1, 1, 1))
+    beam = replace(passive_body(_BEAM, positions, (h / 2) ** 3), anchor=ends)
     middle = np.abs(positions[:, 0] - clamp - span / 2) < h / 2
-    load = 500.0 * gravity * depth**2
-    exact = load * span**4 / (384 * 2e5 * depth**4 / 12) + load * span**2 / (8 * 5 / 6 * 1e5 * depth**2)
-    return float((positions - rig.positions)[middle, 1].mean()) / exact
+    load = 500.0 * gravity * _DEPTH**2
+    exact = load * span**4 / (384 * 2e5 * _DEPTH**4 / 12) + load * span**2 / (8 * 5 / 6 * 1e5 * _DEPTH**2)
+    return float(_sag(beam, h, 0.32, gravity, 4.730**2 / span**2)[middle].mean()) / exact
 
 
 @case(
