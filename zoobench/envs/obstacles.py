@@ -60,7 +60,7 @@ _APART = 0.25
 
 @dataclass(frozen=True, kw_only=True)
 class Obstacles:
-    """An obstacle on the robot's way, which never moves.
+    """An obstacle on the robot's way, which never moves, but for a bridge, which gives way.
 
     * `obstacle`: `ceiling` over the way, `slot` between two walls, `hurdle` across the way, `post` in its middle, two
       `pegs` beside it that can carry a beam, a `shaft` of two walls left and right of the robot, to climb, or a soft

@@ -119,10 +119,10 @@ class Listing:
         ]
 
 
-def listing_of(kind: type[Any], rows: Iterable[Any], **more: Any) -> Listing:
-    """Dataclass objects as a listing for programs, with a column for each field; `more` are settings of the listing."""
+def listing_of(kind: type[Any], rows: Iterable[Any]) -> Listing:
+    """Dataclass objects as a listing for programs, with a column for each field."""
     names = tuple(item.name for item in fields(kind))
-    return Listing(names, tuple(tuple(asdict(row).values()) for row in rows), **more)
+    return Listing(names, tuple(tuple(asdict(row).values()) for row in rows))
 
 
 def listing_by(columns: Mapping[str, Callable[[Any], Any]], items: Iterable[Any]) -> Listing:
