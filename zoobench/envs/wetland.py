@@ -21,7 +21,7 @@ _PROVISIONAL = (
 
 
 @register(
-    Kind.ENV, "wetland", version=10, tags=("land", "plastic", "fluid"),
+    Kind.ENV, "wetland", version=11, tags=("land", "plastic", "fluid"),
     added=("elasticity", "physics", "profile", "objects"), provisional=_PROVISIONAL,
 )  # fmt: skip
 def wetland(
@@ -32,7 +32,7 @@ def wetland(
     thickness: float = BED_THICKNESS,
     length: float = 0.3125,
     width: float = 0.3125,
-    yield_stress: float = 400.0,
+    yield_stress: float = 800.0,
     viscosity: float = 1.0,
     elasticity: Elasticity = MUD,
     hills: Hills = LEVEL,
@@ -51,8 +51,8 @@ def wetland(
     * `thickness`: of the bed [m], a whole number of cells: where a bed ends within a cell, gaits go a quarter to a half
       less far.
     * `length`, `width`: of the part of the bed that is simulated at a time, along x and z, at least [m].
-    * `yield_stress`: norm of the deviatoric stress at which it flows [Pa]; natural muds have 50 to 500. Below 400 the
-      mud hardly bears a robot, and on a coarse grid too much of it.
+    * `yield_stress`: norm of the deviatoric stress at which it flows [Pa]; that of a mud flat; soft natural muds have 50 to
+      500, which hardly bear a robot, and on a coarse grid too much of it.
     * `viscosity`: [Pa s].
     """
     material = MudMaterial(*elasticity.constants, yield_stress=yield_stress, viscosity=viscosity)
