@@ -48,6 +48,13 @@ def test_a_fixed_body_takes_a_controller_alone() -> None:
         assert (built.matter, built.metrics) == ({}, {})
 
 
+@pytest.mark.parametrize("environment", [SEA, "ground"])
+def test_the_robot_of_a_run_is_the_one_that_was_simulated(environment: str) -> None:
+    """With as many parameters: in water by forces on the surface thin parts have fewer particles."""
+    spec = cell(environment=environment, design="voxel[base=clownfish,optimise=geometry]")
+    assert Robot.of_run(spec).parameter_count == Problem(spec, worlds=1).parameter_count
+
+
 def test_muscles_come_in_over_the_onset() -> None:
     """From none at the beginning, by half after half of the time, and as asked for from then on."""
     asked = _robot("caterpillar")

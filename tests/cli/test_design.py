@@ -105,6 +105,12 @@ def test_the_body_that_a_run_has_found_is_exported_and_drawn(zoobench: Command, 
     assert Path("body.png").read_bytes().startswith(b"\x89PNG")
 
 
+def test_a_published_body_of_a_swimmer_is_exported(zoobench: Command) -> None:
+    """As it was simulated: in its rest frame, where its thin parts have fewer particles, so that voxels are fewer."""
+    reply = zoobench("design", "export", "best:design/ocean/movement-speed/voxel", "-o", "body.npz")
+    assert (reply.code, reply.out) == (0, "body.npz\n"), reply.err
+
+
 def test_picture_prints_the_files_that_it_wrote(zoobench: Command, tmp_path: Path) -> None:
     """One for each environment where the body can be and the sheet, on standard output alone."""
     needs_drawing()

@@ -50,6 +50,15 @@ def test_at_another_fidelity_it_is_made_again_or_refused(keep: dict[str, Start])
         registry.create(Kind.DESIGN, particles).body(Fidelity(1 / 64))
 
 
+def test_it_is_refused_where_a_robot_has_other_particles(keep: dict[str, Start]) -> None:
+    """In water by forces on the surface thin parts have fewer of them than on the ground, at the same fidelity."""
+    swimmer, params = stored(keep, cell(environment="ocean", design="particle[base=clownfish,optimise=geometry]"))
+    made = registry.create(Kind.DESIGN, swimmer)
+    assert made.body(Fidelity(1 / 32, robot="lagrangian")).particle_count <= len(params)
+    with pytest.raises(UsageError, match=r"at this fidelity particle takes [0-9]+"):
+        made.body(Fidelity(1 / 32))
+
+
 def test_a_body_that_was_given_is_refused(keep: dict[str, Start]) -> None:
     """The message names the design."""
     ref, _ = stored(keep, cell(design="caterpillar"))

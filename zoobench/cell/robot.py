@@ -18,6 +18,7 @@ from zoobench.controllers.base import Controller, OpenLoop
 from zoobench.controllers.stored_gait import Gait
 from zoobench.designs.base import Body, Design, check_ends
 from zoobench.designs.feasibility import Feasibility
+from zoobench.designs.run_fidelity import fidelity_of_run
 from zoobench.designs.solid import body_for, buildable, solid_body, subset
 from zoobench.designs.space import DesignSpace, Form, SiteSpace
 from zoobench.envs.base import Environment
@@ -196,7 +197,7 @@ class Robot:
     @classmethod
     def of_run(cls, spec: RunSpec) -> "Robot":
         """The robot of a run; errors as of `of`."""
-        return cls.of(spec.design, spec.controller, registry.create(Kind.FIDELITY, spec.fidelity), spec.task)
+        return cls.of(spec.design, spec.controller, fidelity_of_run(spec), spec.task)
 
     def _check_gait(self, spec: RunSpec) -> None:
         """Raise UsageError if the gait found in that run has other muscles to drive or other things to see here."""

@@ -6,6 +6,7 @@ import numpy as np
 
 from zoobench import registry
 from zoobench.designs.base import Body
+from zoobench.designs.run_fidelity import fidelity_of_run
 from zoobench.designs.solid import body_for
 from zoobench.designs.space import DesignSpace
 from zoobench.errors import UsageError
@@ -37,7 +38,7 @@ class StoredBody:
             SceneError: it cannot be built at this fidelity.
         """
         start, space = solution_in(self.run), self._space()
-        home = space.parameter_count(space.body(registry.create(Kind.FIDELITY, start.spec.fidelity)))
+        home = space.parameter_count(space.body(fidelity_of_run(start.spec)))
         workspace = space.body(fidelity)
         if (count := space.parameter_count(workspace)) != home:
             raise UsageError(

@@ -10,6 +10,7 @@ import numpy as np
 from zoobench import registry
 from zoobench.cell.robot import Robot
 from zoobench.designs.base import Body, Design
+from zoobench.designs.run_fidelity import fidelity_of_run
 from zoobench.designs.thin_parts import named_fidelities
 from zoobench.errors import SceneError, UsageError
 from zoobench.registry import Kind
@@ -82,7 +83,7 @@ def formed(spec: RunSpec, parameters: Sequence[float], fidelity: Ref | None = No
         UsageError: the number of parameters is not that of this fidelity.
         SceneError: the fidelity is too coarse for the body.
     """
-    grid: Fidelity = registry.create(Kind.FIDELITY, fidelity or spec.fidelity)
+    grid = fidelity_of_run(spec, fidelity)
     robot = Robot.of(spec.design, spec.controller, grid, spec.task)
     if len(parameters) != robot.parameter_count:
         raise UsageError(
