@@ -25,11 +25,13 @@ NAME = "best:desert/turning/caterpillar"
 BOARD_NAME = "best:mine/desert/turning/caterpillar"
 
 
-def _board(path: Path, scores: list[float], specs: list[RunSpec] = SPECS, name: str = "mine") -> Leaderboard:
-    """Runs with these scores; the parameters are the score and a third."""
+def _board(
+    path: Path, scores: list[float], specs: list[RunSpec] = SPECS, name: str = "mine", gap: float = 9.0
+) -> Leaderboard:
+    """Runs with these scores and this gap to a wall; the parameters are the score and a third."""
     with Store(path) as store:
         for spec, score in zip(specs, scores, strict=True):
-            finals = (FinalRow("score", score, "m/s"),)
+            finals = FinalRow("score", score, "m/s"), FinalRow("wall_gap", gap, "cells")
             add_ended(store, spec, Ending(RunState.DONE, finals=finals, params=(score, 1 / 3)))
         return gather(store, name, name, "a test", [(spec, None) for spec in specs])
 
@@ -113,6 +115,17 @@ def test_what_tears_on_a_finer_grid_is_taken_only_if_there_is_no_other(
     monkeypatch.setattr(published, "folder", lambda: tmp_path / "boards")
     assert published.named(NAME).board == "a"
     assert published.named("best:z/desert/turning/caterpillar").tears
+
+
+def test_what_was_found_at_a_wall_is_taken_only_if_there_is_no_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Though its score is higher."""
+    publish(_board(tmp_path / "a.db", [1.0], [LEFT], "a"), tmp_path / "boards", unknown)
+    publish(_board(tmp_path / "z.db", [3.0], [replace(LEFT, seed=7)], "z", gap=2.9), tmp_path / "boards", unknown)
+    monkeypatch.setattr(published, "folder", lambda: tmp_path / "boards")
+    assert published.named(NAME).board == "a"
+    assert published.named("best:z/desert/turning/caterpillar").at_wall
 
 
 def test_the_boards_of_this_package_give_their_best() -> None:
