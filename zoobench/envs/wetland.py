@@ -14,9 +14,9 @@ MUD = Elasticity(medium_density=1400.0)
 
 
 _PROVISIONAL = (
-    "trained gaits of four animals move at draft, standard and paper within 53, 51 and 34 % of their speed at fine, "
-    "caterpillar and baby seal within 19, 8 and 4 %; panda and fish are slower on each finer grid; they turn at "
-    "standard within 31 % of paper; paths were not measured"
+    "trained gaits of four animals move at draft, standard and paper within 32, 30 and 16 % of their speed at fine, "
+    "caterpillar and baby seal within 15, 8 and 3 %; the fish, and some gaits of the panda, are slower on each finer "
+    "grid; they turn within 15 % of paper at standard; paths were not measured, and softer mud is not resolved"
 )
 
 
@@ -51,8 +51,8 @@ def wetland(
     * `thickness`: of the bed [m], a whole number of cells: where a bed ends within a cell, gaits go a quarter to a half
       less far.
     * `length`, `width`: of the part of the bed that is simulated at a time, along x and z, at least [m].
-    * `yield_stress`: norm of the deviatoric stress at which it flows [Pa]; that of a mud flat; soft natural muds have 50 to
-      500, which hardly bear a robot, and on a coarse grid too much of it.
+    * `yield_stress`: norm of the deviatoric stress at which it flows [Pa], by default that of a mud flat. Wetter
+      muds have 50 to 500; below 400 they hardly bear a robot, and on a coarse grid too much of it.
     * `viscosity`: [Pa s].
     """
     material = MudMaterial(*elasticity.constants, yield_stress=yield_stress, viscosity=viscosity)
