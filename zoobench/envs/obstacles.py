@@ -6,18 +6,18 @@ robot and the objects as they meet each other. Of a bridge only both ends are he
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Literal
 
 import numpy as np
 
-from zoobench.arrays import Array, Mask
+from zoobench.arrays import Array
 from zoobench.designs.sampling import Shape, SolidSample
 from zoobench.envs.objects import passive_solid
 from zoobench.envs.ranges import check_ranges
 from zoobench.errors import SceneError, UsageError
-from zoobench.sim.model.elastic_bodies import Box, ElasticBody, SceneObject
+from zoobench.sim.model.elastic_bodies import Box, ElasticBody, SceneObject, within
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.scene import Scene
@@ -116,11 +116,12 @@ class Obstacles:
         near = float(high[0]) + self.obstacle_distance
         if is_bridge:  # nodes hold it: its span is as long as asked for at every fidelity
             near = h * math.ceil(near / h)
-        corners = np.array(self._boxes(low, high, near))
+        boxes = self._boxes(low, high, near)
+        corners = np.array(boxes)
         self._check_thick(min(self.obstacle_length, float((corners[:, 1] - corners[:, 0]).min())), h)
         first, last = corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)
         self._check_inside(first, np.maximum(last, robot.positions.max(axis=0)), scene)
-        sample = Shape(_within(corners), tuple(first), tuple(last)).sample(fidelity)
+        sample = Shape(partial(within, boxes), tuple(first), tuple(last)).sample(fidelity)
         thing = SceneObject(OBSTACLE, self._body(sample, near), self.obstacle_friction, 0.0)
         return replace(scene, robot=robot, objects=(*scene.objects, thing))
 
@@ -207,8 +208,3 @@ class Obstacles:
 
 
 NO_OBSTACLES = Obstacles()
-
-
-def _within(corners: Array) -> Callable[[Array], Mask | Array]:
-    """Whether points `[n, 3]` [m] are in any of some boxes `[box_count, 2, 3]` [m]."""
-    return lambda x: np.any([np.all((x >= low) & (x <= high), axis=-1) for low, high in corners], axis=0)

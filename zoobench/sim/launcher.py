@@ -17,7 +17,7 @@ from zoobench.sim.kernels.layout import BEFORE, CONSTANTS, MOMENTUM, PUSH, RATIO
 from zoobench.sim.kernels.transfer import AFLIP, APIC, PIC
 from zoobench.sim.kernels.water_grid import immersed, water_layout
 from zoobench.sim.launch import Launch
-from zoobench.sim.model.elastic_bodies import ElasticBody
+from zoobench.sim.model.elastic_bodies import ElasticBody, within
 from zoobench.sim.model.fidelity import Fidelity, Transfer
 from zoobench.sim.model.grid_water import LEAST_CELLS, GridWater, solver_modes
 from zoobench.sim.model.ground_skin import GroundSkin
@@ -354,8 +354,7 @@ def _anchors(scene: Scene) -> tuple[int, ...]:
 
 def _is_clamped(body: ElasticBody) -> bool:
     """Whether a body is held in part."""
-    inside = [np.all((body.positions >= low) & (body.positions <= high), axis=1) for low, high in body.anchor]
-    return bool(inside) and not bool(np.any(inside, axis=0).all())
+    return bool(body.anchor) and not within(body.anchor, body.positions).all()
 
 
 def law_of(material: Medium) -> Law:

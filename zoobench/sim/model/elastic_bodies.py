@@ -14,6 +14,14 @@ Box = tuple[tuple[float, float, float], tuple[float, float, float]]
 """Lower and upper corner [m]."""
 
 
+def within(boxes: Sequence[Box], points: Array) -> Mask:
+    """Which of some points `[n, 3]` [m] are in any of some boxes `[n]`; none is where there are no boxes."""
+    found: Mask = np.zeros(len(points), bool)
+    for low, high in boxes:
+        found |= np.all((points >= low) & (points <= high), axis=1)
+    return found
+
+
 @dataclass(frozen=True)
 class BodyParticles:
     """Particles of a body at rest, as designs make them and the simulator takes them.
