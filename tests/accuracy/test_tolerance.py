@@ -80,14 +80,17 @@ def test_scores_of_two_bodies_need_gaits_of_two(tmp_path: Path) -> None:
 
 
 def test_the_error_is_that_of_the_bodies_asked_for(tmp_path: Path) -> None:
-    """The caterpillar is off by 50 % at draft, the panda by a few; one that was not measured by what both are."""
+    """The caterpillar is off by 50 % at draft, the panda by a few; one that was not measured, which is said, by what
+    both are."""
     write_levels(ladder(others=other_body((1.4, 1.4, 1.3), 1.4)), tmp_path / levels.PUBLISHED)
     levels.published.cache_clear()
-    fidelities = {
-        name: tolerance.choose(GROUND, MOVING, 0.4, None, [Ref(name)]).fidelity.name
-        for name in ("panda", "caterpillar", "fish")
+    chosen = {
+        name: tolerance.choose(GROUND, MOVING, 0.4, None, [Ref(name)]) for name in ("panda", "caterpillar", "fish")
     }
+    fidelities = {name: choice.fidelity.name for name, choice in chosen.items()}
     assert fidelities == {"panda": "draft", "caterpillar": "standard", "fish": "draft"}
+    told = {name for name, choice in chosen.items() if "not measured there, and may be off" in choice.reason}
+    assert told == {"fish"}
     worst = tolerance.choose(GROUND, MOVING, 0.4, None, [Ref("panda"), Ref("caterpillar")])
     assert worst.fidelity == Ref("standard")
 

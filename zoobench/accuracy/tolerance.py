@@ -16,7 +16,7 @@ from zoobench.spec import Ref
 
 @dataclass(frozen=True)
 class FidelityChoice:
-    """A fidelity, and the reason for its choice."""
+    """A fidelity, and the reason for its choice, in lines."""
 
     fidelity: Ref
     reason: str
@@ -63,17 +63,19 @@ def choose(
             f"No fidelity is known to be {' and '.join(wanted)} in {place} x {task.name}: the best is "
             f"{question.describe(best)}. Ask for less, or choose with --fidelity."
         )
-    others = "; ".join(question.describe(row) for row in rows if row is not good[0])
-    reason = f"{place} x {task.name}: {question.describe(good[0])} (others: {others})"
+    reason = [f"{place} x {task.name}: {question.describe(good[0])}"]
+    reason += [f"  not {question.describe(row)}" for row in rows if row is not good[0]]
+    if unmeasured := names - set(good[0].bodies):
+        reason.append(f"  {', '.join(sorted(unmeasured))}: not measured there, and may be off by more")
     if good[0].unknown is None:
-        reason += _missing_check(env, task)
-    return FidelityChoice(Ref(good[0].fidelity), reason)
+        reason.append(_missing_check(env, task))
+    return FidelityChoice(Ref(good[0].fidelity), "\n".join(reason))
 
 
 def _missing_check(env: Ref, task: Ref) -> str:
     """That the error of the finest level is in no figure, and the command that measures it."""
     names = [row.fidelity for row in _present(env, task)]
-    text = f". How far {names[-1]} itself is off was not measured for each of these animals and is in no figure"
+    text = f"  How far {names[-1]} itself is off was not measured for each of these animals and is in no figure"
     finer = LADDER[LADDER.index(names[-1]) + 1 :]
     if not finer:
         return text
