@@ -91,9 +91,9 @@ def test_the_budget_is_honoured_exactly(name: str, kind: BudgetKind, monkeypatch
         assert context.fractions == sorted(context.fractions)
 
 
-@pytest.mark.parametrize("name", OWN)
+@pytest.mark.parametrize("name", METHODS)
 def test_wall_time_ends_a_run(name: str) -> None:
-    """By the real clock, on a busy machine as well."""
+    """By the real clock, on a busy machine as well, which may not get through the first buffer of a policy."""
     problem = _toy(name, Budget("seconds", 0.1))
     _run(name, problem, Context())
     assert 0.1 <= problem.meter.seconds < 5.0
