@@ -1,8 +1,9 @@
 """Solutions of published leaderboards where a command takes a run: `best:ENV/TASK/DESIGN`."""
 
 import json
+from collections import defaultdict
 from dataclasses import replace
-from itertools import count, islice
+from itertools import count
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,7 @@ from zoobench.db.store import Store
 from zoobench.harness.starts import words_of
 from zoobench.report.leaderboard import Attempt, BoardRow, Leaderboard
 from zoobench.report.leaderboard_export import to_text
-from zoobench.spec import Ref
+from zoobench.spec import Ref, RunSpec
 
 SPEC = cell(design="block", controller="sine-basis", frames=3)
 NAME = "best:ground/movement-speed/block"
@@ -142,10 +143,24 @@ def test_settings_of_its_environment_are_told() -> None:
 
 def test_a_start_of_a_key_that_several_runs_share_is_refused(zoobench: Command, database: Path) -> None:
     """Though a published run has it, too: who means a run of the database must not get another one."""
-    shared = SPEC.key()[:4]
+    public, *stored = _three_of_one_start()
+    row = BoardRow(public, RunState.DONE, finals={"score": FinalRow("score", 0.1, "m/s")}, solution=(0.0,))
+    (Path("boards") / "mine.json").write_text(to_text(Leaderboard("mine", "mine", "a test", (row,))))
     with Store(database) as store:
-        likes = (replace(SPEC, seed=seed) for seed in count(1))
-        store.enqueue([*islice((spec for spec in likes if spec.key().startswith(shared)), 2)])
+        store.enqueue(stored)
+    shared = public.key()[:4]
     reply = zoobench("evaluate", shared, "--env", "ground", "--db", database)
     assert reply.code == 2
     assert f"Several runs match '{shared}'" in reply.err
+
+
+def _three_of_one_start() -> list[RunSpec]:
+    """Specs of other seeds whose keys begin with the same four characters."""
+    found = defaultdict[str, list[RunSpec]](list)
+    for seed in count():
+        spec = replace(SPEC, seed=seed)
+        alike = found[spec.key()[:4]]
+        alike.append(spec)
+        if len(alike) == 3:
+            break
+    return alike

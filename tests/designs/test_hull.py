@@ -134,4 +134,4 @@ def test_front_and_back_of_what_has_no_thickness_are_left_out() -> None:
     found = _surface(np.pad(np.minimum(half, half[:, :, ::-1]), 1, constant_values=-1.0), 0.0, 1.0)
     assert np.abs(areas(found).sum(axis=0)).max() < 1e-5
     assert not cKDTree(found.mean(axis=1)).query_pairs(1e-4)
-    assert Hull.of(found, 1.0).phi.max() < 1.0
+    assert Hull(found, 1.0).phi.max() < 1.0

@@ -37,7 +37,7 @@ def _box(lower: Array, upper: Array, count: int = 4) -> Array:
 def _in_water(body: ElasticBody, **water: object) -> Scene:
     """A body of cubes in water that carries it."""
     edge = scenes.EDGE / 2
-    hull = Hull.of(_box(body.positions.min(0) - edge, body.positions.max(0) + edge), scenes.SPACING)
+    hull = Hull(_box(body.positions.min(0) - edge, body.positions.max(0) + edge), scenes.SPACING)
     soft = replace(body, material=replace(body.material, viscosity=20.0))
     return Scene(soft, (0.0, 0.0, 0.0), scenes.ARENA, surface_water=SurfaceWater(hull=hull, **water))  # type: ignore[arg-type]
 
@@ -119,7 +119,7 @@ def _collision() -> Scene:
     """Two cubes that meet, of which one feels the water."""
     water, pair = _muscles().surface_water, scenes.pair_scene(4.0, 0.5)
     assert water is not None
-    hull = Hull.of(_box(np.array([0.1, 0.3, 0.3]), np.array([0.1, 0.3, 0.3]) + 3 * scenes.SPACING), scenes.SPACING)
+    hull = Hull(_box(np.array([0.1, 0.3, 0.3]), np.array([0.1, 0.3, 0.3]) + 3 * scenes.SPACING), scenes.SPACING)
     return replace(pair, surface_water=replace(water, hull=hull))
 
 

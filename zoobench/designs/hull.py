@@ -39,7 +39,7 @@ def hull_of(body: Body) -> Hull:
     kept = vars(body)
     if "_hull" not in kept:
         triangles, edge = _of_particles(body) if body.drawing is None else _of_solid(body.drawing)
-        kept["_hull"] = Hull.of(triangles, edge)
+        kept["_hull"] = Hull(triangles, edge)
     return cast("Hull", kept["_hull"])
 
 

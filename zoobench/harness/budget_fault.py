@@ -1,7 +1,7 @@
 """Budgets that do not suffice for the first iteration of a method, before anything is simulated."""
 
 from dataclasses import replace
-from functools import lru_cache
+from functools import cache
 from typing import NamedTuple
 
 from zoobench import registry
@@ -9,11 +9,14 @@ from zoobench.cell.problem import Problem
 from zoobench.errors import UsageError
 from zoobench.methods.base import First
 from zoobench.registry import Kind
-from zoobench.spec import Budget, RunSpec
+from zoobench.spec import Budget, Ref, RunSpec
 
 _AMPLE = 200
 """Substeps of a control frame with which a budget is not examined, for which the body has to be sampled: at `fine` most
 scenes declare 30 to 120."""
+
+_ANY = Ref("random")
+"""In place of the method, which the cost of an episode does not depend on."""
 
 _MOST_PASSES = 3
 """A gradient counts as so many episodes at most."""
@@ -32,7 +35,7 @@ def budget_fault(spec: RunSpec) -> str:
     if budget.amount >= (first.episodes if budget.kind == "episodes" else most):
         return ""
     try:
-        costs = _costs(replace(spec, seed=0, budget=Budget("episodes", 1)))
+        costs = _costs(replace(spec, method=_ANY, seed=0, budget=Budget("episodes", 1)))
     except UsageError as error:
         return str(error)
     if not costs.parameter_count:
@@ -60,7 +63,7 @@ class _Costs(NamedTuple):
     gradient: int
 
 
-@lru_cache
+@cache
 def _costs(spec: RunSpec) -> _Costs:
     problem = Problem(spec)
     return _Costs(problem.parameter_count, problem.cost(1, gradient=False), problem.cost(1, gradient=True))

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -17,23 +18,29 @@ class Hull:
 
     Attributes:
         triangles: `[n, 3, 3]` corners [m], anticlockwise as seen from outside.
-        phi: `[n]` added mass per area and density of water [m], see `potential_flow.added_per_area`.
-        growth: `[n]` how the body widens ahead, see `potential_flow.slender_growth` [-].
+        edge: of the cubes that they were found with [m].
+        unmoved: the same where it was found, whose added mass is that of this one; None for this one itself.
     """
 
     triangles: Array
-    phi: Array
-    growth: Array
-
-    @classmethod
-    def of(cls, triangles: Array, edge: float) -> "Hull":
-        """A surface in triangles of cubes with this edge [m]."""
-        phi = added_per_area(triangles, potentials(triangles))
-        return cls(triangles, phi, slender_growth(triangles, edge))
+    edge: float
+    unmoved: "Hull | None" = field(default=None, repr=False)
 
     def moved(self, shift: Array) -> "Hull":
         """The same elsewhere, by `shift` `[3]` [m]."""
-        return replace(self, triangles=self.triangles + shift)
+        return replace(self, triangles=self.triangles + shift, unmoved=self.unmoved or self)
+
+    @cached_property
+    def phi(self) -> Array:
+        """Added mass per area and density of water `[n]` [m], which takes a second to find: see `added_per_area`."""
+        if self.unmoved is not None:
+            return self.unmoved.phi
+        return added_per_area(self.triangles, potentials(self.triangles))
+
+    @cached_property
+    def growth(self) -> Array:
+        """How the body widens ahead `[n]` [-], see `potential_flow.slender_growth`."""
+        return slender_growth(self.triangles, self.edge) if self.unmoved is None else self.unmoved.growth
 
     @property
     def volume(self) -> float:
