@@ -70,7 +70,7 @@ def test_the_gradient_of_the_work_agrees_with_differences(given: Fidelity, equil
 
 def test_work_in_one_frame_does_not_depend_on_what_follows() -> None:
     """That of the third frame has no derivative by activity after it, and one by the activity in it and before."""
-    loss = WorkLoss(LAGRANGIAN, 0)
+    loss = WorkLoss(GRID, 0)
     third = np.zeros_like(loss.weights)
     third[2] = 1.0
     has = loss.gradient(third).actuation.any(axis=(1, 2))
@@ -80,6 +80,6 @@ def test_work_in_one_frame_does_not_depend_on_what_follows() -> None:
 def test_nothing_is_computed_for_a_loss_without_work(monkeypatch: pytest.MonkeyPatch) -> None:
     """The gradient of a trajectory is the same bits with and without an adjoint of the work that is all zero."""
     monkeypatch.setattr(adjoint, "WorkAdjoint", None)
-    solver, rollout, expected = scenes.episode(scenes.damped_scene(), 3, LAGRANGIAN, density_ratio_min=0.5)
+    solver, rollout, expected = scenes.episode(scenes.damped_scene(), 3, GRID, density_ratio_min=0.5)
     weights = scenes.path_weights(solver, 3)
     assert scenes.same(solver.backward(rollout, *weights, work_adjoint=np.zeros((3, 1, scenes.MUSCLES))), expected)
