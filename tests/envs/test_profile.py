@@ -117,6 +117,16 @@ def test_a_grid_that_would_miss_an_edge_is_refused() -> None:
     _made("ground[step_height=0.01,edge=0.016]").scene(body, DRAFT)
 
 
+@pytest.mark.parametrize(("name", "spacing"), [("clay[slope=45]", 1 / 64), ("ground[slope=-45]", 1 / 192)])
+def test_the_steepest_slope_is_no_lower_than_its_arena(name: str, spacing: float) -> None:
+    """By rounding its lowest point was at -3e-17 m, where the start is a whole number of cells high, and refused."""
+    fidelity = Fidelity(spacing)
+    scene = _made(name).scene(Caterpillar().body(fidelity), fidelity, 0.8)
+    assert scene.ground is not None
+    assert scene.ground.terrain is not None
+    assert scene.ground.terrain.heights.min() == 0.0
+
+
 @pytest.mark.parametrize("name", ENVS)
 def test_the_profile_reaches_every_scene(name: str) -> None:
     """The robot's lowest particle is above the ground, or in water clear of it, and the bed is above the ground."""

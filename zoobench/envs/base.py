@@ -378,7 +378,8 @@ def _whole(length: float, grid_spacing: float) -> float:
 def _on_grid(terrain: Terrain, start: Array, grid_spacing: float) -> Terrain:
     """The terrain raised to where the ground at the start is a whole number of cells high."""
     height = float(terrain.heights_below(start[None])[0])
-    return replace(terrain, heights=terrain.heights + _whole(height, grid_spacing) - height)
+    risen = terrain.heights + _whole(height, grid_spacing) - height
+    return replace(terrain, heights=np.maximum(risen, 0.0))  # rounding would have the lowest point below it
 
 
 def _rise(terrain: Terrain | None, positions: Array) -> float:
