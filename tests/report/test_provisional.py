@@ -8,8 +8,10 @@ import pytest
 
 from tests.report.boards import unknown
 from tests.report.content import add_done, make_spec
+from zoobench import registry
 from zoobench.db.rows import RunState
 from zoobench.db.store import Store
+from zoobench.registry import Kind
 from zoobench.report.footer import footer
 from zoobench.report.leaderboard import BoardRow, Leaderboard
 from zoobench.report.leaderboard_pages import csv_page, markdown_page
@@ -31,6 +33,14 @@ def test_it_is_marked_in_every_version_and_explained(env: str) -> None:
     (note,) = footnotes([ref, ref])
     assert note.startswith(f"† {ref.name} is provisional: ")
     assert len(note) > 80
+
+
+@pytest.mark.parametrize("env", ["clay", "wetland"])
+def test_the_figures_of_a_bed_name_the_soil_that_they_are_of(env: str) -> None:
+    """That of the default: softer beds, and those of boards before, have the same note."""
+    strength = registry.resolve(Kind.ENV, Ref(env)).kwargs["yield_stress"]
+    (note,) = footnotes([Ref.parse(f"{env}[yield_stress=50]")])
+    assert f"{strength:g} Pa" in note
 
 
 def test_other_media_and_vanished_plugins_are_not() -> None:

@@ -14,9 +14,10 @@ MUD = Elasticity(medium_density=1400.0)
 
 
 _PROVISIONAL = (
-    "trained gaits of four animals move at draft, standard and paper within 32, 30 and 16 % of their speed at fine, "
-    "caterpillar and baby seal within 15, 8 and 3 %; the fish, and some gaits of the panda, are slower on each finer "
-    "grid; they turn within 15 % of paper at standard; paths were not measured, and softer mud is not resolved"
+    "in mud of 800 Pa trained gaits of four animals move at draft, standard and paper within 32, 30 and 16 % of their "
+    "speed at fine, caterpillar and baby seal within 15, 8 and 3 %; the fish, and some gaits of the panda, are slower "
+    "on each finer grid; they turn within 15 % of paper at standard; paths were not measured, and softer mud is not "
+    "resolved"
 )
 
 
@@ -46,7 +47,7 @@ def wetland(
 
     * `friction`: Coulomb coefficient of the ground under the mud [-].
     * `slip`: whether robot and mud have velocity fields of their own, and the mud slides on the ground where its shear
-      strength is exceeded; else it sticks to both.
+      strength is exceeded; else it sticks to the robot, and `friction` alone holds it on the ground.
     * `robot_friction`: Coulomb coefficient between them where they slip [-].
     * `thickness`: of the bed [m], a whole number of cells: where a bed ends within a cell, gaits go a quarter to a half
       less far.
