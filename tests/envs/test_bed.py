@@ -92,3 +92,11 @@ def test_what_joins_a_bed_must_name_robots_that_exist() -> None:
     scene = env.scene(Caterpillar().body(FIDELITY), FIDELITY)
     with pytest.raises(SceneError, match="hosts range"):
         replace(scene, medium=sharing(bed, bed, np.full(bed.particle_count, 10**6)))
+
+
+@pytest.mark.parametrize("name", ["wetland[thickness=0.001]", "desert[thickness=0.031]"])
+def test_a_bed_thinner_than_a_cell_is_refused(name: str) -> None:
+    """Its nodes would be those of the ground, so that it would be no bed; one of a cell is possible."""
+    with pytest.raises(SceneError, match=r"thinner than a cell of 0.03125 m. Give more, or a finer fidelity"):
+        _bed(name)
+    _bed("wetland[thickness=0.03125]")

@@ -58,7 +58,15 @@ class Bed:
         density times thickness times area at every fidelity, and there is no gap at the walls. Compressed water is
         denser: a particle of volume ratio J fills the place of an unstrained volume V / J. With equal masses the
         stratification would be unstable, and the tank would overturn at a rate of sqrt(g^2 rho / K), within seconds.
+
+        Raises:
+            SceneError: it is thinner than a cell, or the terrain is above the water everywhere.
         """
+        if self.thickness < (1.0 - 1e-9) * fidelity.grid_spacing:
+            raise SceneError(
+                f"A bed of {self.thickness:g} m is thinner than a cell of {fidelity.grid_spacing:.4g} m. Give more, or "
+                "a finer fidelity."
+            )
         box = np.array([size[0], self.thickness, size[2]])
         rounded = np.maximum(np.round(box / fidelity.grid_spacing * 2) / 2, 0.5) * fidelity.grid_spacing
         lattice = fill_box(np.zeros(3), rounded, fidelity.grid_spacing, fidelity.particles_per_cell)
