@@ -95,6 +95,13 @@ def test_the_error_is_that_of_the_bodies_asked_for(tmp_path: Path) -> None:
     assert worst.fidelity == Ref("standard")
 
 
+def test_what_a_finer_level_does_not_reach_is_chance(tmp_path: Path) -> None:
+    """The panda is nearer to its limit at draft than at standard, and draft is not chosen for it."""
+    write_levels(ladder(others=other_body((1.5, 1.1, 1.08), 1.1)), tmp_path / levels.PUBLISHED)
+    levels.published.cache_clear()
+    assert tolerance.choose(GROUND, MOVING, 0.2, None, [Ref("panda")]).fidelity == Ref("paper")
+
+
 def test_an_error_of_the_reference_that_was_not_measured_is_told(tmp_path: Path) -> None:
     """With a panda that no second transfer judged; what was measured asks for nothing."""
     assert "to measure it" not in tolerance.choose(GROUND, MOVING, 0.5, 1.5).reason.lower()

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from itertools import product
+from itertools import product, takewhile
 
 from zoobench import registry
 from zoobench.accuracy.ladder import LADDER
@@ -25,7 +25,7 @@ class FidelityChoice:
 def choose(
     env: Ref, task: Ref, tolerance: float | None, decide: float | None, designs: Sequence[Ref] = ()
 ) -> FidelityChoice:
-    """The coarsest level of this environment and task that is as good as is asked for.
+    """The coarsest level of this environment and task that is, with each finer one, as good as is asked for.
 
     The reason says where the reference's own error was not measured, which no figure then holds, and how to measure it.
 
@@ -54,7 +54,8 @@ def choose(
             "were compared with those of the same body alone. Choose one design of a fixed body, or the fidelity with "
             "--fidelity."
         )
-    good = [row for row in rows if question.is_met(row)]
+    # what a coarse level keeps and a finer one does not, it keeps by chance
+    good = list(takewhile(question.is_met, reversed(rows)))[::-1]
     if not good:
         best = min(rows, key=question.bound if decide is None else question.ratio)
         wanted = [f"within {tolerance:g}"] if tolerance is not None else []
