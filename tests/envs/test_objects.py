@@ -281,7 +281,13 @@ def test_defaults_of_what_is_not_there_may_be_stated(env: str) -> None:
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])
-@pytest.mark.parametrize("name", ["object_size", "object_mass", "object_gap", "object_shift", "object_friction"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("object_size", "object_mass", "object_gap", "object_shift", "object_friction"),
+        *("object_speed", "object_speed_up"),
+    ],
+)
 def test_no_number_may_be_infinite(name: str, value: float) -> None:
     """Also from Python, where no text is parsed."""
     with pytest.raises(UsageError, match="is not possible"):

@@ -120,7 +120,7 @@ class Objects:
             )
         if not np.isfinite(self.object_shift):
             raise UsageError(f"An object_shift of {self.object_shift:g} m is not possible. Give a finite number.")
-        if not max(abs(self.object_speed), abs(self.object_speed_up)) <= _FASTEST:
+        if not (abs(self.object_speed) <= _FASTEST and abs(self.object_speed_up) <= _FASTEST):
             raise UsageError(
                 f"An object that begins with {self.object_speed:g} and {self.object_speed_up:g} m/s is not possible. "
                 f"Give an object_speed and an object_speed_up from -{_FASTEST:g} to {_FASTEST:g}."
