@@ -235,6 +235,8 @@ def test_an_arena_with_objects_does_not_follow_its_robot(block: Body) -> None:
         ({"object_mass": 0.0}, "object_mass of 0 kg is that of water on a grid"),
         ({"object_friction": -0.1}, "object_friction of -0.1"),
         ({"object_gap": -0.1}, "object_gap of -0.1"),
+        ({"object_gap": 1e3}, "grid cells, too many to hold.* nearer objects"),
+        ({"object_shift": 1e9}, "grid cells, too many to hold"),
         ({"object_count": 0}, "Give 1 to 10"),
         ({"object_count": 11}, "Give 1 to 10"),
         ({"object_other": "ball"}, "object_other=ball has no effect on 1 of object=box. Leave it out"),

@@ -134,6 +134,7 @@ def test_a_beam_stays_on_pegs() -> None:
         ("obstacle=bridge,object=box", SceneError, "free, without objects"),
         ("obstacle=bridge,obstacle_opening=0.4", SceneError, "obstacle_opening of 0.4 .* beyond the arena"),
         ("obstacle=bridge,obstacle_length=0.01", SceneError, "Give an obstacle_length of 0.01562 m or more"),
+        ("obstacle=bridge,obstacle_length=1000", SceneError, "grid cells, too many to hold"),
         ("obstacle=bridge,obstacle_stiffness=0", UsageError, "obstacle_stiffness of 0"),
         ("obstacle=slot,obstacle_stiffness=1e5", UsageError, "no effect on a slot"),
         ("obstacle_stiffness=1e5", UsageError, "no effect without an obstacle"),

@@ -23,7 +23,7 @@ from zoobench.sim.model.grid_water import GridWater
 from zoobench.sim.model.ground_skin import SKIN, GroundSkin
 from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.laws.water import WaterMaterial
-from zoobench.sim.model.scene import EARTH_GRAVITY, Ground, MediumBed, Scene, check_material
+from zoobench.sim.model.scene import EARTH_GRAVITY, LARGEST_GRID, Ground, MediumBed, Scene, check_material
 from zoobench.sim.model.standing import standing
 from zoobench.sim.model.surface_water import SurfaceWater
 from zoobench.sim.model.terrain import Terrain
@@ -174,7 +174,7 @@ class Environment:
         The arena is as long as an episode of so many `seconds` needs at `HIGHEST_SPEED`, or it follows the robot.
 
         Raises:
-            SceneError: the body does not fit into the arena.
+            SceneError: the body does not fit into the arena, or no grid is large enough for that.
             UsageError: it is too light for water on a grid.
         """
         self._check_density(float(body.density_ratio.min()))
@@ -217,6 +217,7 @@ class Environment:
         )
         scene = standing(scene, body.edge)
         scene = self.objects.placed(scene, fidelity) if self.objects else scene
+        _check_size(scene, h)
         return self.obstacles.placed(scene, fidelity) if self.obstacles else scene
 
     def _check_density(self, ratio: float) -> None:
@@ -373,6 +374,16 @@ def bed_environment(
 def _whole(length: float, grid_spacing: float) -> float:
     """A length rounded up to whole cells [m]."""
     return grid_spacing * math.ceil(length / grid_spacing - 1e-6)
+
+
+def _check_size(scene: Scene, grid_spacing: float) -> None:
+    """Refuse an arena that no grid can hold, as around an object that is far away."""
+    x, y, z = scene.cells(grid_spacing)
+    if x * y * z > LARGEST_GRID:
+        raise SceneError(
+            f"The arena takes {x} x {y} x {z} grid cells, too many to hold. Use a coarser fidelity, fewer frames on a "
+            "slope, or smaller and nearer objects and obstacles."
+        )
 
 
 def _on_grid(terrain: Terrain, start: Array, grid_spacing: float) -> Terrain:

@@ -25,6 +25,9 @@ from zoobench.sim.model.terrain import Terrain
 
 EARTH_GRAVITY = (0.0, -9.81, 0.0)
 
+LARGEST_GRID = 2**28
+"""Nodes of an arena, at most."""
+
 
 class Effect(StrEnum):
     """A physical effect, compiled and simulated only where a scene calls for it."""
