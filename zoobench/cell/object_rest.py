@@ -41,5 +41,5 @@ def _fault(thing: SceneObject, positions: Array) -> str:
     return (
         f"The {thing.name} does not stay where it was put: before the episode, while everything comes to rest, it goes "
         f"{1e3 * math.hypot(x, y, z):.1f} mm and turns by {turned:.0f} degrees. Give level ground, a flatter back, "
-        "another object_shift, a flatter object such as a sheet, or fewer."
+        "another object_shift, a flatter object such as a sheet, fewer, or an object_height with something below it."
     )
