@@ -23,7 +23,7 @@ class Catch(ObjectTask):
 
     The reward of a frame is how far the object's centre of mass is above its start on the ground [m]. The score is the
     mean over the last quarter of the episode, when it has long fallen down again: a robot at rest scores zero, unless
-    the object stays on its back.
+    the object stays on its back, or the episode is so short that it still flies then.
 
     A closed loop observes the object's place, velocity and axes, relative to the robot.
     """
