@@ -19,6 +19,7 @@ from zoobench.harness.grid import GridSpec, Skip, expand
         ("ground[obstacle=post,obstacle_opening=0.001]", "block", "less than a cell"),
         ("ground[object=box,object_stiffness=1e12]", "block", "The object needs steps of"),
         ("ground[youngs_modulus=1e13]", "block", "The robot needs steps of"),
+        ("ground", "arm[clearance=10]", "does not fit into the arena"),
     ],
 )
 def test_a_scene_that_cannot_be_made_is_skipped_with_its_reason(environment: str, design: str, told: str) -> None:

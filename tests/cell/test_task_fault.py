@@ -100,6 +100,7 @@ def test_a_task_with_an_object_needs_one(task: str) -> None:
         ("climb", "ground", "caterpillar", "climb on level ground. Give a slope"),
         ("climb", "desert", "caterpillar", "climb on level ground"),
         ("carry", "ground[object=box]", "block", "The object is ahead on the ground"),
+        ("carry", "ground[object=box,object_height=0.001]", "block", "The object is ahead on the ground"),
         ("carry", "desert[object=box,object_place=left]", "block", "The object is left on the ground"),
         ("catch", "ground[object=ball]", "block", "Nothing is thrown"),
         ("mix[movement-speed=1,turning=0.2]", "ground", "arm", "'arm' is held at its base, and 'mix' needs a body"),

@@ -16,8 +16,9 @@ from zoobench.spec import FRAME_SECONDS, Ref, RunSpec
 def scene_fault(spec: RunSpec) -> str:
     """Why a run's scene cannot be made or stepped; empty if it can, or if no setting puts that in doubt.
 
-    Settings that do are those of the environment other than its defaults, a fixed step, and a grid or particles coarser
-    than those of the fidelity's name. A body that cannot be made for other reasons is refused elsewhere.
+    Settings that do are those of environment and design other than their defaults, a fixed step, and a grid or
+    particles coarser than those of the fidelity's name. A body that cannot be made for other reasons is refused
+    elsewhere.
     """
     return _fault(spec.env, spec.design, spec.fidelity, spec.frames)
 
@@ -39,7 +40,8 @@ def _fault(env_ref: Ref, design: Ref, fidelity: Ref, frames: int) -> str:
         return ""
     grid: Fidelity = registry.create(Kind.FIDELITY, fidelity)
     is_coarse = _is_coarse(fidelity, grid)
-    if registry.short(Kind.ENV, env_ref) == env_ref.name and not (grid.step or is_coarse):
+    is_plain = registry.short(Kind.ENV, env_ref) == env_ref.name and registry.short(Kind.DESIGN, design) == design.name
+    if is_plain and not (grid.step or is_coarse):
         return ""
     try:
         made, body = sampled(design, grid)

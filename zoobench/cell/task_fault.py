@@ -66,7 +66,7 @@ def _place_of(env: Environment, design: Ref | None) -> TaskPlace:
     return TaskPlace(
         object_place=objects.object_place if objects else "",
         is_thrown=objects.moves,
-        is_raised=bool(objects.object_height),
+        is_raised=bool(objects.object_height and env.obstacles),
         is_flat=is_level and env.stance is Stance.STANDING,
         is_deep=env.is_deep,
         is_held=hangs and not is_moved,

@@ -151,7 +151,7 @@ class Obstacles:
         if (first < scene.lower).any() or (last > scene.upper).any():
             reach = ", ".join(f"{a:.3g} to {b:.3g}" for a, b in zip(first, last, strict=True))
             raise SceneError(
-                f"A {self.obstacle} with an obstacle_distance of {self.obstacle_distance:g}, an obstacle_opening of "
+                f"The {self.obstacle} with an obstacle_distance of {self.obstacle_distance:g}, an obstacle_opening of "
                 f"{self.obstacle_opening:g} and an obstacle_length of {self.obstacle_length:g} m is at {reach} m along "
                 f"x, y and z, beyond the arena, which ends at {scene.upper} m. Give smaller ones."
             )

@@ -25,7 +25,8 @@ class Jump(Task):
 
     The reward of a frame is the height of the body's lowest particle above the lowest one at the start, less half of
     the horizontal distance of the centre of mass from its start [m]. The score is the highest reward of an episode. All
-    of a body must leave the ground: one that rears up or stretches lifts its centre of mass, and scores nothing.
+    of a body must leave the ground: one that rears up or stretches lifts its centre of mass, and scores nothing. On a
+    slope steeper than 26 degrees one that walks up scores, too.
 
     Gradient methods maximise a smooth substitute: the minimum over the particles is -h log(sum(exp(-y / h))), the
     maximum over the frames h log(mean(exp(reward / h))), with h = 2 mm.

@@ -18,7 +18,7 @@ class Push(ObjectTask):
     """Move an object as far as possible in one direction; with the object behind, drag it.
 
     The reward of a frame is how far the object's centre of mass has come since the start [m], and the score is that of
-    the last frame. A robot at rest scores zero.
+    the last frame. A robot at rest scores zero, unless the object moves by itself.
 
     A closed loop observes the object's place, velocity and axes, relative to the robot.
 

@@ -21,7 +21,7 @@ class PushTo(ObjectTask):
 
     The reward of a frame is by how much the horizontal distance from the object's centre of mass to the place has
     fallen since the start [m]; the score is that of the last frame. At the place it is the distance at the start; a
-    robot at rest scores zero.
+    robot at rest scores zero, unless the object moves by itself.
 
     A closed loop observes the object's place, velocity and axes, relative to the robot, and the place relative to the
     object.

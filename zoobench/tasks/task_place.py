@@ -10,7 +10,7 @@ class TaskPlace:
     Attributes:
         object_place: of the objects, one of `zoobench.envs.objects.Place`; empty without any.
         is_thrown: whether they begin with a velocity.
-        is_raised: whether they begin above the ground, as on an obstacle.
+        is_raised: whether they begin above the ground, on an obstacle.
         is_flat: whether the robot stands on level ground with nothing on it.
         is_deep: whether water surrounds the robot.
         is_held: whether it hangs from a base that stays where it is.

@@ -21,7 +21,7 @@ class Topple(ObjectTask):
 
     The reward of a frame is by how much the object's upright axis has tilted from the vertical since the start, in any
     direction [rad]: a quarter turn is 1.57. The score is that of the last frame, so that an object that only sways
-    does not count. A robot at rest scores zero.
+    does not count. A robot at rest scores zero, unless the object moves by itself.
 
     A closed loop observes the object's place, velocity and axes, relative to the robot.
     """
