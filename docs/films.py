@@ -1,7 +1,7 @@
 """Film published solutions: `python docs/films.py` writes docs/animals.gif, docs/manipulation.mp4 and docs/skills.mp4.
 
-The first has three animals in three media, the others the best solutions of rows of the board of their name. Six
-minutes of one core; `python docs/films.py skills` writes that film alone.
+The first has three animals in three media, the others the best solutions of rows of the board of their name, of which
+docs/manipulation.png has stills. Six minutes of one core; `python docs/films.py skills` writes that film alone.
 """
 
 import sys
@@ -15,7 +15,7 @@ from PIL import Image
 
 from zoobench.db import published
 from zoobench.db.published import PublishedRun
-from zoobench.render.canvas import side_by_side
+from zoobench.render.canvas import save, side_by_side
 from zoobench.render.film import film
 from zoobench.render.film_files import film_images
 from zoobench.spec import FRAME_SECONDS
@@ -53,12 +53,14 @@ SKILLS = (
 )
 BOARDS = {"manipulation": MANIPULATIONS, "skills": SKILLS}
 """Name and title of each solution."""
+STILLS = ("manipulation",)
 
 SLOWED = 4
 EVERY = 3  # frames from picture to picture
 SHOWN_SECONDS = SLOWED * FRAME_SECONDS * EVERY  # of a picture
 COLUMNS = 3
 SIZE = 400, 256  # of each robot's picture [pixels]
+STILL_WIDTH = 350
 COLOURS = 220  # of the .gif
 
 
@@ -69,12 +71,14 @@ def main() -> None:
         _write_animals()
     for board, solutions in BOARDS.items():
         if board in wanted:
-            pictures = _filmed([(published.named(name), title) for name, title in solutions])
-            iio.imwrite(DOCS / f"{board}.mp4", pictures, fps=1 / SHOWN_SECONDS, quality=5)
+            rows = [list(_pictures(published.named(name), title)) for name, title in solutions]
+            iio.imwrite(DOCS / f"{board}.mp4", _sheets(rows), fps=1 / SHOWN_SECONDS, quality=5)
+            if board in STILLS:
+                save(_stills(rows), DOCS / f"{board}.png", colours=COLOURS)
 
 
 def _write_animals() -> None:
-    pictures = _filmed([(_shortened(published.named(name)), title) for name, title in ANIMALS])
+    pictures = _sheets([list(_pictures(_shortened(published.named(name)), title)) for name, title in ANIMALS])
     palette = Image.fromarray(np.vstack(pictures[:: len(pictures) // 3])).quantize(COLOURS)
     reduced = [np.asarray(_in(palette, picture)) for picture in pictures]
     iio.imwrite(DOCS / "animals.gif", reduced, duration=1000 * SHOWN_SECONDS, loop=0)
@@ -84,13 +88,19 @@ def _shortened(run: PublishedRun) -> PublishedRun:
     return replace(run, spec=replace(run.spec, frames=100))
 
 
-def _filmed(solutions: list[tuple[PublishedRun, str]]) -> list[np.ndarray]:
+def _sheets(rows: list[list[np.ndarray]]) -> list[np.ndarray]:
     """Pictures of solutions side by side from start to end; one whose episode is over stands still."""
-    rows = [list(_pictures(run, title)) for run, title in solutions]
     longest = max(map(len, rows))
     return [
         side_by_side([row[min(moment, len(row) - 1)] for row in rows], columns=COLUMNS) for moment in range(longest)
     ]
+
+
+def _stills(rows: list[list[np.ndarray]]) -> np.ndarray:
+    """A row for each solution: its start, two and four fifths of its episode, and its end, without the colour bar."""
+    moments = [row[round(share * (len(row) - 1))][:, :STILL_WIDTH] for row in rows for share in (0.0, 0.4, 0.8, 1.0)]
+    whole = Image.fromarray(side_by_side(moments, columns=4))
+    return np.asarray(whole.resize((3 * whole.width // 4, 3 * whole.height // 4), Image.Resampling.LANCZOS))
 
 
 def _pictures(run: PublishedRun, title: str) -> Iterator[np.ndarray]:
