@@ -50,6 +50,7 @@ SKILLS = (
     ("best:skills/ground/balance/block", "raise the head"),
     ("best:skills/ground[step_height=0.02]/movement-speed/block", "mount a step"),
     ("best:skills/ground[obstacle=hurdle]/movement-speed/block", "leap a hurdle"),
+    ("best:skills/ground[obstacle=slot]/movement-speed/caterpillar", "pass a slot"),
 )
 BOARDS = {"manipulation": MANIPULATIONS, "skills": SKILLS}
 """Name and title of each solution."""
