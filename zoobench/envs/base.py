@@ -23,7 +23,7 @@ from zoobench.sim.model.grid_water import GridWater
 from zoobench.sim.model.ground_skin import SKIN, GroundSkin
 from zoobench.sim.model.laws.elastic import ElasticMaterial
 from zoobench.sim.model.laws.water import WaterMaterial
-from zoobench.sim.model.scene import EARTH_GRAVITY, LARGEST_GRID, Ground, MediumBed, Scene, check_material
+from zoobench.sim.model.scene import EARTH_GRAVITY, Ground, MediumBed, Scene, check_grid, check_material
 from zoobench.sim.model.standing import standing
 from zoobench.sim.model.surface_water import SurfaceWater
 from zoobench.sim.model.terrain import Terrain
@@ -217,7 +217,7 @@ class Environment:
         )
         scene = standing(scene, body.edge)
         scene = self.objects.placed(scene, fidelity) if self.objects else scene
-        _check_size(scene, h)
+        check_grid(scene.cells(h), "cells")  # before obstacles, which take long to sample there
         return self.obstacles.placed(scene, fidelity) if self.obstacles else scene
 
     def _check_density(self, ratio: float) -> None:
@@ -374,16 +374,6 @@ def bed_environment(
 def _whole(length: float, grid_spacing: float) -> float:
     """A length rounded up to whole cells [m]."""
     return grid_spacing * math.ceil(length / grid_spacing - 1e-6)
-
-
-def _check_size(scene: Scene, grid_spacing: float) -> None:
-    """Refuse an arena that no grid can hold, as around an object that is far away."""
-    x, y, z = scene.cells(grid_spacing)
-    if x * y * z > LARGEST_GRID:
-        raise SceneError(
-            f"The arena takes {x} x {y} x {z} grid cells, too many to hold. Use a coarser fidelity, fewer frames on a "
-            "slope, or smaller and nearer objects and obstacles."
-        )
 
 
 def _on_grid(terrain: Terrain, start: Array, grid_spacing: float) -> Terrain:

@@ -24,7 +24,7 @@ from zoobench.sim.model.ground_skin import GroundSkin
 from zoobench.sim.model.launch_plan import LaunchPlan
 from zoobench.sim.model.laws.elastic import lame_parameters
 from zoobench.sim.model.laws.medium import Medium
-from zoobench.sim.model.scene import LARGEST_GRID, Effect, Scene, has_fbar, has_skin, medium_transfer
+from zoobench.sim.model.scene import Effect, Scene, check_grid, has_fbar, has_skin, medium_transfer
 from zoobench.sim.model.state import Matter, Parameters
 from zoobench.sim.model.tensors import LARGEST_ARRAY, lazy_zeros
 from zoobench.sim.parallel_driver import ParallelDriver
@@ -377,9 +377,5 @@ def kept_fields(scene: Scene, fidelity: Fidelity) -> int:
 
 def _grid_shape(scene: Scene, grid_spacing: float) -> tuple[int, int, int]:
     x, y, z = (count + 2 * WALL_NODES + 1 for count in scene.cells(grid_spacing))
-    if x * y * z > LARGEST_GRID:
-        raise SceneError(
-            f"The arena takes {x} x {y} x {z} grid nodes, too many to hold. Use a coarser fidelity, fewer frames on a "
-            "slope, or smaller and nearer objects and obstacles."
-        )
+    check_grid((x, y, z), "nodes")
     return x, y, z

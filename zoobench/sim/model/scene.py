@@ -25,7 +25,7 @@ from zoobench.sim.model.terrain import Terrain
 
 EARTH_GRAVITY = (0.0, -9.81, 0.0)
 
-LARGEST_GRID = 2**28
+_LARGEST_GRID = 2**28
 """Nodes of an arena, at most."""
 
 
@@ -353,6 +353,20 @@ def has_skin(scene: Scene) -> bool:
     if scene.ground is None or scene.water is not None:
         return False
     return scene.medium is None or scene.medium.friction is not None
+
+
+def check_grid(counts: tuple[int, int, int], parts: str) -> None:
+    """Refuse a grid of so many `parts`, cells or nodes, along x, y and z.
+
+    Raises:
+        SceneError: they are too many.
+    """
+    x, y, z = counts
+    if x * y * z > _LARGEST_GRID:
+        raise SceneError(
+            f"The arena takes {x} x {y} x {z} grid {parts}, too many to hold. Use a coarser fidelity, fewer frames on "
+            "a slope, or smaller and nearer objects and obstacles."
+        )
 
 
 def medium_transfer(scene: Scene, fidelity: Fidelity) -> Transfer:
