@@ -54,15 +54,15 @@ SKILLS = (
 )
 BOARDS = {"manipulation": MANIPULATIONS, "skills": SKILLS}
 """Name and title of each solution."""
-STILLS = ("manipulation",)
+STILLS = ("manipulation",)  # boards with a picture of their stills, too
 
 SLOWED = 4
 EVERY = 3  # frames from picture to picture
 SHOWN_SECONDS = SLOWED * FRAME_SECONDS * EVERY  # of a picture
 COLUMNS = 3
 SIZE = 400, 256  # of each robot's picture [pixels]
-STILL_WIDTH = 350
-COLOURS = 220  # of the .gif
+STILL_WIDTH = 350  # without the colour bar [pixels]
+COLOURS = 220  # of the .gif and of stills
 
 
 def main() -> None:
@@ -98,7 +98,7 @@ def _sheets(rows: list[list[np.ndarray]]) -> list[np.ndarray]:
 
 
 def _stills(rows: list[list[np.ndarray]]) -> np.ndarray:
-    """A row for each solution: its start, two and four fifths of its episode, and its end, without the colour bar."""
+    """A row for each solution: its start, two and four fifths of its episode, and its end."""
     moments = [row[round(share * (len(row) - 1))][:, :STILL_WIDTH] for row in rows for share in (0.0, 0.4, 0.8, 1.0)]
     whole = Image.fromarray(side_by_side(moments, columns=4))
     return np.asarray(whole.resize((3 * whole.width // 4, 3 * whole.height // 4), Image.Resampling.LANCZOS))

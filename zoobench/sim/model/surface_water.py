@@ -40,7 +40,9 @@ class Hull:
     @cached_property
     def growth(self) -> Array:
         """How the body widens ahead `[n]` [-], see `potential_flow.slender_growth`."""
-        return slender_growth(self.triangles, self.edge) if self.unmoved is None else self.unmoved.growth
+        if self.unmoved is not None:
+            return self.unmoved.growth
+        return slender_growth(self.triangles, self.edge)
 
     @property
     def volume(self) -> float:
