@@ -1,5 +1,6 @@
 """The coarsest fidelity that is good enough."""
 
+import json
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -100,6 +101,21 @@ def test_what_a_finer_level_does_not_reach_is_chance(tmp_path: Path) -> None:
     write_levels(ladder(others=other_body((1.5, 1.1, 1.08), 1.1)), tmp_path / levels.PUBLISHED)
     levels.published.cache_clear()
     assert tolerance.choose(GROUND, MOVING, 0.2, None, [Ref("panda")]).fidelity == Ref("paper")
+
+
+def test_an_order_that_a_finer_level_does_not_keep_is_kept_by_chance(tmp_path: Path) -> None:
+    """With ratios below 1.4 in a wrong order at standard, draft does not decide them, either."""
+    file = tmp_path / levels.PUBLISHED
+    document = json.loads(file.read_text(encoding="utf-8"))
+    (standard,) = (row for row in document["levels"] if row["fidelity"] == "standard")
+    standard["one_body"]["ratio"] = 1.4
+    file.write_text(json.dumps(document), encoding="utf-8")
+    levels.published.cache_clear()
+    place = resolved(Kind.ENV, "ground"), resolved(Kind.TASK, TASK)
+    orders = tolerance.orders(*place, resolved(Kind.FIDELITY, "draft"), False)
+    assert orders is not None
+    assert orders.ratio == 1.4
+    assert tolerance.choose(GROUND, MOVING, None, 1.3).fidelity == Ref("paper")
 
 
 def test_an_error_of_the_reference_that_was_not_measured_is_told(tmp_path: Path) -> None:

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product, takewhile
 
 from zoobench import registry
@@ -54,7 +54,7 @@ def choose(
             "were compared with those of the same body alone. Choose one design of a fixed body, or the fidelity with "
             "--fidelity."
         )
-    # what a coarse level keeps and a finer one does not, it keeps by chance
+    # what a coarse level reaches and a finer one does not, it reaches by chance
     good = list(takewhile(question.is_met, reversed(rows)))[::-1]
     if not good:
         best = min(rows, key=question.bound if decide is None else question.ratio)
@@ -168,7 +168,12 @@ def error_at(env: Ref, task: Ref, fidelity: Ref) -> float | None:
 
 def _rows(env: Ref, task: Ref) -> list[LevelRow]:
     """The levels with a known error, from coarse to fine, measured with the present components."""
-    rows = [row for row in _present(env, task) if row.error is not None]
+    rows: list[LevelRow] = []
+    for row in reversed(_present(env, task)):
+        if row.error is not None:
+            one = _not_by_chance(row.one_body, [each.one_body for each in rows])
+            two = _not_by_chance(row.two_bodies, [each.two_bodies for each in rows])
+            rows.insert(0, replace(row, one_body=one, two_bodies=two))
     if not rows:
         place = short(Kind.ENV, registry.resolve(Kind.ENV, env))
         raise UsageError(
@@ -176,6 +181,13 @@ def _rows(env: Ref, task: Ref) -> list[LevelRow]:
             f"`zoobench verify accuracy run --env '{place}' --task {task.name}`, or choose with --fidelity."
         )
     return rows
+
+
+def _not_by_chance(own: KeptOrders, finer: Sequence[KeptOrders]) -> KeptOrders:
+    """The orders that each finer level keeps, too."""
+    ratios = [each.ratio or math.inf for each in (own, *finer) if each.pairs]
+    ratio = max(ratios, default=math.inf)
+    return replace(own, ratio=ratio if ratio < math.inf else None)
 
 
 def _present(env: Ref, task: Ref) -> list[LevelRow]:
