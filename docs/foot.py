@@ -1,7 +1,7 @@
 """Measure and draw what a rigid foot meets on clay and in mud, at four grids.
 
 `python docs/foot.py` presses a sole and a paw 3 mm into beds of weightless soil, drags them at that depth, writes the
-pressures by depth and the drags into docs/foot.csv, and draws docs/foot.png. About 7 minutes of one core.
+pressures by depth and the drags into docs/foot.csv, and draws docs/foot.png. About 10 minutes of one core.
 """
 
 import csv
@@ -27,7 +27,7 @@ from zoobench_verify.validate.speed_control import SpeedControl
 
 FILE = Path(__file__).with_suffix(".csv")
 COLUMNS = ("bed", "yield_stress_Pa", "foot", "fidelity", "depth_mm", "pressure", "drag")
-BEDS = {"clay": (200, 800), "wetland": (100, 400)}
+BEDS = {"clay": (200, 800), "wetland": (100, 400, 800)}
 FEET = {"sole": (1 / 16, 1 / 32), "paw": (1 / 64, 1 / 64)}
 """Length and width [m]."""
 LEVELS = ("draft", "standard", "paper", "fine")

@@ -49,7 +49,8 @@ class Fidelity:
         transfer: of the robot's velocity between particles and grid: `apic` an affine velocity field (Jiang et al.
             2015), `pic` the velocity alone, which damps heavily, `aflip` an affine field and 95 % of the motion that
             the grid does not resolve (after Fei et al. 2021, see `kernels.flip`), which damps least.
-        medium_transfer: the same of a medium that has none of its own.
+        medium_transfer: the same of a medium that has none of its own; with `aflip` clay and mud are without F-bar, and
+            lock (`kernels.fbar`).
         kernel: the B-spline between particles and nodes, `quadratic` over 3 nodes or `cubic` over 4 in each direction.
         shift: displacement of the robot on the grid [cells] along x, and `SHIFT_ASIDE` times it along z. A converged
             simulation does not depend on it; the scatter over several shifts is the noise floor.
