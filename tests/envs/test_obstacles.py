@@ -104,15 +104,26 @@ def test_a_beam_lies_on_pegs(design: str) -> None:
         assert over.any()
 
 
+_TABLE = "obstacle_length=0.1,object=box,object_size=0.05,object_mass=0.05,object_gap=0.055"
+
+
 @pytest.mark.slow  # kernels of three bodies
-def test_a_beam_stays_on_pegs() -> None:
+@pytest.mark.parametrize(
+    "place",
+    [
+        _PEGS,
+        f"ground[obstacle=hurdle,obstacle_opening=0.04,object_height=0.04,{_TABLE}]",
+        f"ground[obstacle=ceiling,obstacle_opening=0.06,object_height=0.09125,{_TABLE}]",
+    ],
+)
+def test_an_object_stays_on_an_obstacle(place: str) -> None:
     """For half a second, in which it would fall by a metre: not further down than bodies carry each other."""
-    scene = _scene(_PEGS)
+    scene = _scene(place)
     start = equilibrated(scene, GRID, registry.create(Kind.ENV, Ref("ground")).equilibration_frames)
     solver = Solver(scene, GRID, start=start)
     rollout = solver.run(np.zeros((60, 1, solver.muscle_count)))
-    beam = scene.slice_of("object")
-    moved = rollout.positions[-1, 0, beam] - scene.objects[0].body.positions
+    item = scene.slice_of("object")
+    moved = rollout.positions[-1, 0, item] - scene.objects[0].body.positions
     assert not rollout.divergences
     assert len(moved) == scene.objects[0].body.particle_count
     assert np.abs(moved.mean(axis=0)).max() < 0.25 * GRID.grid_spacing
