@@ -37,8 +37,8 @@ def sinkage() -> float:
     return below_the_mud * (1.0 - _BLOCK_WIDTH / _PIT_WIDTH)
 
 
-def sinking_block(cells: int, friction: float | None, transfer: Transfer = "apic") -> tuple[Array, Array]:
-    """Times [s] and distances sunk [m] of a block let down on the level surface of mud, in plane strain.
+def sinking_block(cells: int, friction: float | None, transfer: Transfer = "apic") -> tuple[Rig, Array, Array]:
+    """A block let down on the level surface of mud, in plane strain, at its end, with times [s] and distances sunk [m].
 
     Drag keeps it from falling: one that is let go sinks by up to twice the depth at which it can rest, and stays there.
 
@@ -64,7 +64,26 @@ def sinking_block(cells: int, friction: float | None, transfer: Transfer = "apic
     for _ in range(pieces + 1):
         depths.append(block[:, 1].mean() - rig.positions[rig.robot, 1].mean())
         rig.equilibrate(_DRAG, rig.steps)
-    return rig.times(pieces, rig.steps), np.array(depths)
+    return rig, rig.times(pieces, rig.steps), np.array(depths)
+
+
+def pressure_noise(rig: Rig) -> tuple[float, float]:
+    """Root mean square of what a particle's pressure differs by from the mean of its cell, and of what alternates from
+    cell to cell ahead and up, over the mean pressure of the medium. Both are large where particles lock, or where a
+    mean over cells leaves a checkerboard."""
+    pressure = -rig.medium_stress[:, :3].mean(axis=1)
+    cells = np.floor(rig.positions[rig.medium] / rig.grid_spacing).astype(int)[:, :2]
+    cells -= cells.min(axis=0)
+    place, count = (*cells.T,), np.zeros(cells.max(axis=0) + 1)
+    means = np.zeros_like(count)
+    np.add.at(count, place, 1.0)
+    np.add.at(means, place, pressure)
+    means = np.where(count > 0.0, means, np.nan) / np.maximum(count, 1.0)
+    second = [means[:-2] - 2.0 * means[1:-1] + means[2:], means[:, :-2] - 2.0 * means[:, 1:-1] + means[:, 2:]]
+    alternating = np.concatenate([each[np.isfinite(each)] for each in second]) / 4.0
+    within = pressure - means[place]
+    first, last = (float(np.sqrt((each**2).mean()) / pressure.mean()) for each in (within, alternating))
+    return first, last
 
 
 @case("sinkage", "Prandtl 1920 and Archimedes", "block of 6 and 12 x 3 and 6 cells on mud of 50 Pa", is_fast=False)
@@ -74,14 +93,17 @@ def sinkage_in_mud(record: CaseRecorder) -> None:
     exact = sinkage()
     coarse = 0.0
     for cells in (12, 6):
-        times, depths = sinking_block(cells, 0.5)
+        rig, times, depths = sinking_block(cells, 0.5)
         coarse = depths[-1]
         record.within(f"depth over the exact one, {cells} cells", coarse / exact, 0.8, 1.1)
+        within, alternating = pressure_noise(rig)
+        record.at_most(f"scatter of pressure within a cell over its mean, {cells} cells", within, 0.2)
+        record.at_most(f"pressure that alternates from cell to cell over its mean, {cells} cells", alternating, 0.05)
         figure.computed(f"MPM, {cells} cells", times, depths)
-    times, depths = sinking_block(6, 0.5, "aflip")
+    _, times, depths = sinking_block(6, 0.5, "aflip")
     record.within("depth over the exact one, 6 cells, AFLIP in the mud", depths[-1] / exact, 0.8, 1.1)
     figure.computed("MPM, 6 cells, AFLIP in the mud", times, depths)
-    times, depths = sinking_block(6, None)
+    _, times, depths = sinking_block(6, None)
     record.at_most("control: depth in one velocity field over that in two, 6 cells", depths[-1] / coarse, 0.9)
     figure.computed("MPM, 6 cells, one velocity field", times, depths)
     figure.reference("Prandtl and Archimedes", times, np.full_like(times, exact))
