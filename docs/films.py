@@ -51,6 +51,7 @@ SKILLS = (
     ("best:skills/ground[step_height=0.02]/movement-speed/block", "mount a step"),
     ("best:skills/ground[obstacle=hurdle]/movement-speed/block", "leap a hurdle"),
     ("best:skills/ground[obstacle=slot]/movement-speed/caterpillar", "pass a slot"),
+    ("best:skills/ground/push/caterpillar", "push a smooth box"),
 )
 BOARDS = {"manipulation": MANIPULATIONS, "skills": SKILLS}
 """Name and title of each solution."""
