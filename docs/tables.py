@@ -4,7 +4,6 @@ A table stands between `<!-- tables.py: NAME -->` and `<!-- end -->`.
 """
 
 import csv
-import json
 import math
 import re
 from collections import defaultdict
@@ -12,10 +11,9 @@ from collections.abc import Callable, Iterable, Iterator
 from itertools import product
 from pathlib import Path
 from statistics import fmean
-from typing import Any
 
-from zoobench import registry
-from zoobench.registry import Kind
+from zoobench.accuracy.levels import KeptOrders
+from zoobench.accuracy.tolerance import known_levels
 from zoobench.report.leaderboard_export import from_text
 from zoobench.spec import Ref
 
@@ -45,24 +43,16 @@ _MARKED = re.compile(r"(<!-- tables.py: ([a-z-]+) -->\n\n).*?(\n<!-- end -->)", 
 
 def accuracy() -> str:
     """A row for each place: moving, what its levels err by, what they decide and what they cost."""
-    rows = json.loads((ROOT / "zoobench/accuracy/published.json").read_text(encoding="utf-8"))["levels"]
-    found = {(row["env"], row["fidelity"]): row for row in rows if row["task"] == "movement-speed"}
     body = []
     for env, place in _PLACES.items():
-        name = Ref.parse(env).name
-        present = f"{name}-v{registry.get(Kind.ENV, name).version}["
-        levels = [
-            row for level in _LEVELS
-            if (row := found.get((env, level))) and row["error"] is not None and row["components"].startswith(present)
-        ]  # fmt: skip
-        if levels:
-            body.append((
-                place,
-                f"{_joined(_percent(row['error']) for row in levels)} ± {_known(levels[0]['unknown'])}",
-                _margins(row["one_body"] for row in levels),
-                _margins(row["two_bodies"] for row in levels),
-                _joined(f"{row['seconds']:.2g}" for row in levels),
-            ))  # fmt: skip
+        levels = [row for row in known_levels([Ref.parse(env)], ["movement-speed"]) if row.fidelity in _LEVELS]
+        body.append((
+            place,
+            f"{_joined(_percent(row.error or 0.0) for row in levels)} ± {_known(levels[0].unknown)}",
+            _margins(row.one_body for row in levels),
+            _margins(row.two_bodies for row in levels),
+            _joined(f"{row.seconds:.2g}" for row in levels),
+        ))  # fmt: skip
     head = (
         "place", "error of the speed ± that of the finest grid [%]", "two gaits of one animal: order known above [%]",
         "two animals: order known above [%]", "CPU s per simulated s",
@@ -403,11 +393,11 @@ def _table(head: Iterable[str], body: Iterable[Iterable[str]]) -> str:
     return "".join(f"| {' | '.join(line)} |\n" for line in (head, len(head) * ["---"], *body))
 
 
-def _margins(orders: Iterable[dict[str, Any]]) -> str:
+def _margins(orders: Iterable[KeptOrders]) -> str:
     orders = list(orders)
-    if not any(order["pairs"] for order in orders):
+    if not any(order.pairs for order in orders):
         return "not measured"
-    return _joined("?" if order["ratio"] is None else _percent(order["ratio"] - 1.0) for order in orders)
+    return _joined("?" if order.ratio is None else _percent(order.ratio - 1.0) for order in orders)
 
 
 def _known(share: float | None) -> str:
