@@ -104,18 +104,19 @@ def test_what_a_finer_level_does_not_reach_is_chance(tmp_path: Path) -> None:
 
 
 def test_an_order_that_a_finer_level_does_not_keep_is_kept_by_chance(tmp_path: Path) -> None:
-    """With ratios below 1.4 in a wrong order at standard, draft does not decide them, either."""
+    """With ratios below 1.4, or any, in a wrong order at standard, draft does not decide them, either."""
     file = tmp_path / levels.PUBLISHED
-    document = json.loads(file.read_text(encoding="utf-8"))
-    (standard,) = (row for row in document["levels"] if row["fidelity"] == "standard")
-    standard["one_body"]["ratio"] = 1.4
-    file.write_text(json.dumps(document), encoding="utf-8")
-    levels.published.cache_clear()
     place = resolved(Kind.ENV, "ground"), resolved(Kind.TASK, TASK)
-    orders = tolerance.orders(*place, resolved(Kind.FIDELITY, "draft"), False)
-    assert orders is not None
-    assert orders.ratio == 1.4
-    assert tolerance.choose(GROUND, MOVING, None, 1.3).fidelity == Ref("paper")
+    for ratio, asked in ((1.4, 1.3), (None, 100.0)):
+        document = json.loads(file.read_text(encoding="utf-8"))
+        (standard,) = (row for row in document["levels"] if row["fidelity"] == "standard")
+        standard["one_body"]["ratio"] = ratio
+        file.write_text(json.dumps(document), encoding="utf-8")
+        levels.published.cache_clear()
+        orders = tolerance.orders(*place, resolved(Kind.FIDELITY, "draft"), False)
+        assert orders is not None
+        assert orders.ratio == ratio
+        assert tolerance.choose(GROUND, MOVING, None, asked).fidelity == Ref("paper")
 
 
 def test_an_error_of_the_reference_that_was_not_measured_is_told(tmp_path: Path) -> None:

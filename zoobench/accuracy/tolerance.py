@@ -54,7 +54,7 @@ def choose(
             "were compared with those of the same body alone. Choose one design of a fixed body, or the fidelity with "
             "--fidelity."
         )
-    # what a coarse level reaches and a finer one does not, it reaches by chance
+    # a coarse level whose error is smaller than that of a finer one is so by chance
     good = list(takewhile(question.is_met, reversed(rows)))[::-1]
     if not good:
         best = min(rows, key=question.bound if decide is None else question.ratio)
@@ -144,7 +144,8 @@ def _level(env: Ref, task: Ref, fidelity: Ref) -> LevelRow | None:
 
 
 def known_levels(envs: Iterable[Ref], tasks: Iterable[str]) -> tuple[LevelRow, ...]:
-    """The published levels of these environments and tasks whose error is known, in their present versions.
+    """The published levels of these environments and tasks whose error is known, in their present versions, with the
+    orders that each finer level keeps, too.
 
     Raises:
         UsageError: there are none.
@@ -167,12 +168,15 @@ def error_at(env: Ref, task: Ref, fidelity: Ref) -> float | None:
 
 
 def _rows(env: Ref, task: Ref) -> list[LevelRow]:
-    """The levels with a known error, from coarse to fine, measured with the present components."""
+    """The levels with a known error, from coarse to fine, measured with the present components.
+
+    Their orders are those that each finer level keeps, too: what a finer one does not, a coarse one keeps by chance.
+    """
     rows: list[LevelRow] = []
     for row in reversed(_present(env, task)):
         if row.error is not None:
-            one = _not_by_chance(row.one_body, [each.one_body for each in rows])
-            two = _not_by_chance(row.two_bodies, [each.two_bodies for each in rows])
+            one = _kept_by_finer(row.one_body, [each.one_body for each in rows])
+            two = _kept_by_finer(row.two_bodies, [each.two_bodies for each in rows])
             rows.insert(0, replace(row, one_body=one, two_bodies=two))
     if not rows:
         place = short(Kind.ENV, registry.resolve(Kind.ENV, env))
@@ -183,10 +187,9 @@ def _rows(env: Ref, task: Ref) -> list[LevelRow]:
     return rows
 
 
-def _not_by_chance(own: KeptOrders, finer: Sequence[KeptOrders]) -> KeptOrders:
-    """The orders that each finer level keeps, too."""
-    ratios = [each.ratio or math.inf for each in (own, *finer) if each.pairs]
-    ratio = max(ratios, default=math.inf)
+def _kept_by_finer(own: KeptOrders, finer: Sequence[KeptOrders]) -> KeptOrders:
+    """The orders that a level keeps and each finer one, too; none where one of them is not known to keep any."""
+    ratio = max(each.ratio or math.inf for each in (own, *finer))
     return replace(own, ratio=ratio if ratio < math.inf else None)
 
 

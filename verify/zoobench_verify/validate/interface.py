@@ -38,7 +38,7 @@ def sinkage() -> float:
 
 
 def sinking_block(cells: int, friction: float | None, transfer: Transfer = "apic") -> tuple[Rig, Array, Array]:
-    """A block let down on the level surface of mud, in plane strain, at its end, with times [s] and distances sunk [m].
+    """A block let down on the level surface of mud, in plane strain: the rig at the end, times [s] and depths [m].
 
     Drag keeps it from falling: one that is let go sinks by up to twice the depth at which it can rest, and stays there.
 
@@ -68,22 +68,27 @@ def sinking_block(cells: int, friction: float | None, transfer: Transfer = "apic
 
 
 def pressure_noise(rig: Rig) -> tuple[float, float]:
-    """Root mean square of what a particle's pressure differs by from the mean of its cell, and of what alternates from
-    cell to cell ahead and up, over the mean pressure of the medium. Both are large where particles lock, or where a
-    mean over cells leaves a checkerboard."""
+    """How unevenly the pressure of a medium in plane strain is spread, over its mean: within cells, and between them.
+
+    The first is the root mean square of what particles differ by from the mean of their cell, large where they lock.
+    The second is that of the part that alternates from cell to cell, a checkerboard.
+    """
     pressure = -rig.medium_stress[:, :3].mean(axis=1)
     cells = np.floor(rig.positions[rig.medium] / rig.grid_spacing).astype(int)[:, :2]
-    cells -= cells.min(axis=0)
-    place, count = (*cells.T,), np.zeros(cells.max(axis=0) + 1)
-    means = np.zeros_like(count)
+    place = tuple((cells - cells.min(axis=0)).T)
+    count = np.zeros(np.max(place, axis=1) + 1)
+    total = np.zeros_like(count)
     np.add.at(count, place, 1.0)
-    np.add.at(means, place, pressure)
-    means = np.where(count > 0.0, means, np.nan) / np.maximum(count, 1.0)
+    np.add.at(total, place, pressure)
+    means = np.divide(total, count, out=np.full_like(total, np.nan), where=count > 0.0)
     second = [means[:-2] - 2.0 * means[1:-1] + means[2:], means[:, :-2] - 2.0 * means[:, 1:-1] + means[:, 2:]]
-    alternating = np.concatenate([each[np.isfinite(each)] for each in second]) / 4.0
+    alternating = np.concatenate([each[np.isfinite(each)] for each in second]) / 4.0  # of +a, -a, +a it is 4 a
     within = pressure - means[place]
-    first, last = (float(np.sqrt((each**2).mean()) / pressure.mean()) for each in (within, alternating))
-    return first, last
+    return _rms(within) / pressure.mean(), _rms(alternating) / pressure.mean()
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt((values**2).mean()))
 
 
 @case("sinkage", "Prandtl 1920 and Archimedes", "block of 6 and 12 x 3 and 6 cells on mud of 50 Pa", is_fast=False)
