@@ -3,7 +3,7 @@
 `python docs/softness.py` evaluates the best gaits of `gaits` that move four animals, found on sand and on clay, on
 softer and softer beds, writes each score into docs/softness.csv as it comes, and draws docs/softness.png. What the file
 has already is not done again. A gait that tears is simulated once more with 27 particles in a cell in place of 8. About
-25 minutes of one core.
+an hour of one core.
 """
 
 import csv
@@ -45,13 +45,13 @@ def main() -> None:
 def measured(bed: str, stress: str, animal: str, found_on: str, level: str) -> float | None:
     """Score [mm/s] of a published gait on a bed that yields at this stress [Pa]; None if it tears there."""
     gait = published.named(f"best:gaits/{found_on}/movement-speed/{animal}")
-    for fidelity in (level, f"{level}[particles_per_cell=27]"):
-        spec = replace(
-            gait.spec, env=registry.resolve(Kind.ENV, Ref.parse(f"{bed}[yield_stress={stress}]")),
-            design=registry.resolve(Kind.DESIGN, Ref(animal)), frames=FRAMES, budget=Budget.parse("2 episodes"),
-            fidelity=registry.resolve(Kind.FIDELITY, Ref.parse(fidelity)),
-        )  # fmt: skip
-        found = Problem(spec, worlds=1).evaluate(np.array(gait.params))
+    spec = replace(
+        gait.spec, env=registry.resolve(Kind.ENV, Ref.parse(f"{bed}[yield_stress={stress}]")),
+        design=registry.resolve(Kind.DESIGN, Ref(animal)), frames=FRAMES, budget=Budget.parse("2 episodes"),
+    )  # fmt: skip
+    for name in (level, f"{level}[particles_per_cell=27]"):
+        fidelity = registry.resolve(Kind.FIDELITY, Ref.parse(name))
+        found = Problem(replace(spec, fidelity=fidelity), worlds=1).evaluate(np.array(gait.params))
         if not found.failure:
             return round(1000.0 * found.score, 1)
     return None

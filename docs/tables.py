@@ -12,7 +12,7 @@ from itertools import product
 from pathlib import Path
 from statistics import fmean
 
-from zoobench.accuracy.levels import KeptOrders
+from zoobench.accuracy.levels import KeptOrders, LevelRow
 from zoobench.accuracy.tolerance import known_levels
 from zoobench.report.leaderboard_export import from_text
 from zoobench.spec import Ref
@@ -44,11 +44,10 @@ _MARKED = re.compile(r"(<!-- tables.py: ([a-z-]+) -->\n\n).*?(\n<!-- end -->)", 
 def accuracy() -> str:
     """A row for each place: moving, what its levels err by, what they decide and what they cost."""
     body = []
-    for env, place in _PLACES.items():
-        levels = [row for row in known_levels([Ref.parse(env)], ["movement-speed"]) if row.fidelity in _LEVELS]
+    for place, levels in _levels_of("movement-speed").items():
         body.append((
             place,
-            f"{_joined(_percent(row.error or 0.0) for row in levels)} ± {_known(levels[0].unknown)}",
+            f"{_joined(_percent(row.error) for row in levels)} ± {_known(levels[0].unknown)}",
             _margins(row.one_body for row in levels),
             _margins(row.two_bodies for row in levels),
             _joined(f"{row.seconds:.2g}" for row in levels),
@@ -58,6 +57,26 @@ def accuracy() -> str:
         "two animals: order known above [%]", "CPU s per simulated s",
     )  # fmt: skip
     return _table(head, body)
+
+
+def paths() -> str:
+    """By place: above which ratio two scores of a task with a path keep their order at `standard`."""
+    tasks = [_levels_of(task) for task in ("velocity-tracking", "waypoint-following")]
+    body = [
+        (place, *(_ratio(row.one_body) for levels in tasks for row in levels[place] if row.fidelity == "standard"))
+        for place in tasks[0]
+        if place in tasks[1]
+    ]
+    return _table(("place", "velocity", "waypoints"), body)
+
+
+def _levels_of(task: str) -> dict[str, list[LevelRow]]:
+    """The levels of each place whose error is known in its present version, from coarse to fine."""
+    known = known_levels(map(Ref.parse, _PLACES), [task])
+    found = {
+        place: [row for row in known if row.env == env and row.fidelity in _LEVELS] for env, place in _PLACES.items()
+    }
+    return {place: levels for place, levels in found.items() if levels}
 
 
 def softness() -> str:
@@ -301,7 +320,7 @@ def _rows(name: str) -> list[dict[str, str]]:
 
 
 TABLES: dict[str, Callable[[], str]] = {
-    "accuracy": accuracy, "softness": softness, "foot": foot, "rest-frame": rest_frame, "judge": judge,
+    "accuracy": accuracy, "paths": paths, "softness": softness, "foot": foot, "rest-frame": rest_frame, "judge": judge,
     "speeds": speeds, "bodies": bodies, "policies": policies, "manipulation": manipulation,
     "speed": speed, "objects-before": objects_before, "objects-new": objects_new,
 }  # fmt: skip
@@ -398,6 +417,10 @@ def _margins(orders: Iterable[KeptOrders]) -> str:
     if not any(order.pairs for order in orders):
         return "not measured"
     return _joined("?" if order.ratio is None else _percent(order.ratio - 1.0) for order in orders)
+
+
+def _ratio(orders: KeptOrders) -> str:
+    return "not known" if orders.ratio is None else f"{orders.ratio:.2f}"
 
 
 def _known(share: float | None) -> str:

@@ -84,11 +84,8 @@ def pressure_noise(rig: Rig) -> tuple[float, float]:
     second = [means[:-2] - 2.0 * means[1:-1] + means[2:], means[:, :-2] - 2.0 * means[:, 1:-1] + means[:, 2:]]
     alternating = np.concatenate([each[np.isfinite(each)] for each in second]) / 4.0  # of +a, -a, +a it is 4 a
     within = pressure - means[place]
-    return _rms(within) / pressure.mean(), _rms(alternating) / pressure.mean()
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt((values**2).mean()))
+    mean = pressure.mean()
+    return math.sqrt((within**2).mean()) / mean, math.sqrt((alternating**2).mean()) / mean
 
 
 @case("sinkage", "Prandtl 1920 and Archimedes", "block of 6 and 12 x 3 and 6 cells on mud of 50 Pa", is_fast=False)
