@@ -34,6 +34,8 @@ _WITH = {
     "test_external.py": "cell",
     "test_energy_audit.py": "sim",
     "test_cpp_reference.py": "sim",
+    "test_surface_water.py": "cell",
+    "test_check_method.py": "cell",
 }
 """Files that need the kernels of another folder's tests, and which."""
 

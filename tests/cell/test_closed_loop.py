@@ -76,6 +76,7 @@ def test_the_adjoint_goes_through_what_is_seen_of_the_target(monkeypatch: pytest
     assert -without @ direction != pytest.approx((ahead - behind) / 2e-5, rel=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "env", [pytest.param("ground", id="land"), pytest.param(SEA, id="water", marks=pytest.mark.slow)]
 )

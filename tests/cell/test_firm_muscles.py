@@ -41,6 +41,7 @@ def test_the_strongest_muscle_lengthens_a_free_fibre_by_less_than_its_length() -
     assert fsolve(unbalanced, [1.5, 0.9])[0] == pytest.approx(1.77, abs=0.01)
 
 
+@pytest.mark.slow
 def test_no_matter_has_more_muscle_than_it_bears() -> None:
     """Where matter is soft the tension at full activity is `MOST_ACTIVE` of its shear modulus, elsewhere whole."""
     body, material = _block(), SWIMMER.robot
@@ -55,6 +56,7 @@ def test_no_matter_has_more_muscle_than_it_bears() -> None:
     assert (asked < bearable).any()
 
 
+@pytest.mark.slow
 def test_gradients_pass_through_what_matter_bears() -> None:
     """By stiffness and membership, with and without muscles, above and below what matter bears."""
     body = _block()
@@ -72,6 +74,7 @@ def test_gradients_pass_through_what_matter_bears() -> None:
     assert slope.isfinite().all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["baby-seal", "caterpillar", "clownfish", "fish", "orca", "panda", "shark", "tuna"])
 def test_animals_bear_all_of_their_muscles(name: str) -> None:
     """On land and in water, so that what is said of their muscles holds."""
@@ -89,6 +92,7 @@ def test_a_fixed_body_of_soft_matter_has_weaker_muscles() -> None:
     np.testing.assert_allclose(found, body.muscle_membership * share)
 
 
+@pytest.mark.slow
 def test_soft_matter_outlives_muscles_that_push_at_full_strength() -> None:
     """A block in water, as soft as can be, all of whose muscles push: it lengthened without bound."""
     spec = cell(environment="ocean", design="voxel[optimise=stiffness]", controller="trajectory", frames=40)

@@ -77,6 +77,7 @@ def _outcome(size: str, design: str) -> tuple[object, int, int]:
     return rows, problem.meter.recomputed, width
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("_own_environment")
 @pytest.mark.parametrize(
     ("design", "little"), [("caterpillar", "600KB"), pytest.param("voxel", "800KB", marks=pytest.mark.slow)]

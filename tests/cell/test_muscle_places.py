@@ -41,6 +41,7 @@ def test_a_whale_bends_up_and_down_and_a_fish_from_side_to_side() -> None:
             assert (sign * side[axial] > 0.4).all(), (name, side)
 
 
+@pytest.mark.slow
 def test_a_whale_turns_and_rises_by_paired_muscles() -> None:
     """Those of its two front segments bend it to the right and up; a fish's bend it sideways alone."""
     body = body_of("orca[paired=true]")

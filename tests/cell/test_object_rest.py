@@ -65,6 +65,7 @@ def test_a_robot_that_cannot_carry_its_object_is_refused() -> None:
             ask()
 
 
+@pytest.mark.slow
 def test_a_body_of_a_space_that_cannot_fails_alone() -> None:
     """Without a score, as one that cannot be built: others may be able to. A checkpoint knows the reason."""
     problem = Problem(cell(environment=ON_A_BACK, task="carry", design="voxel", fidelity=DOUBLE))

@@ -135,6 +135,7 @@ def test_scarce_matter_is_soft_and_weak() -> None:
     assert (built.matter["stiffness"][0] <= share**2).all()
 
 
+@pytest.mark.slow
 def test_stiffness_is_a_share_of_the_workspaces() -> None:
     """The stiffest tissue of the primitives has its stiffness in forms and in built bodies, too."""
     robot = _robot("sdf-lerp")
@@ -210,7 +211,7 @@ def test_a_run_whose_designs_all_fail_says_why() -> None:
     "names",
     [
         pytest.param({"controller": "sine-feedback"}, id="feedback"),
-        pytest.param({"design": "voxel"}, id="bodies"),
+        pytest.param({"design": "voxel"}, id="bodies", marks=pytest.mark.slow),
         pytest.param(
             {"design": "voxel", "environment": POND, "fidelity": DOUBLE}, id="bodies in water", marks=pytest.mark.slow
         ),

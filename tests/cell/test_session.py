@@ -54,7 +54,7 @@ def test_an_episode_is_the_same_as_in_one_piece(task: str) -> None:
 
 def test_muscles_of_a_session_come_in_as_in_one_piece() -> None:
     """In water by forces on the surface, where they come to full activity after some frames; a session has the same."""
-    problem = Problem(cell(environment="ocean", controller="sine-feedback", frames=FRAMES))
+    problem = Problem(cell(environment="ocean", controller="sine-feedback", frames=FRAMES, fidelity=DOUBLE))
     params = problem.initial(np.random.default_rng(1))
     expected = problem.episode(params).record.actuation
     session = new_session(problem, 1)

@@ -83,6 +83,7 @@ def test_the_archive_of_a_run_is_written_and_its_bodies_are_exported(zoobench: C
         assert message in reply.err
 
 
+@pytest.mark.slow
 def test_the_body_that_a_run_has_found_is_exported_and_drawn(zoobench: Command, tmp_path: Path) -> None:
     """Only what is solid, at the run's own fidelity; another one is refused where the parameters do not fit it."""
     spec = cell(design="particle", controller="fixed-sine")
@@ -105,12 +106,14 @@ def test_the_body_that_a_run_has_found_is_exported_and_drawn(zoobench: Command, 
     assert Path("body.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_a_published_body_of_a_swimmer_is_exported(zoobench: Command) -> None:
     """As it was simulated: in its rest frame, where its thin parts have fewer particles, so that voxels are fewer."""
     reply = zoobench("design", "export", "best:design/ocean/movement-speed/voxel", "-o", "body.npz")
     assert (reply.code, reply.out) == (0, "body.npz\n"), reply.err
 
 
+@pytest.mark.slow
 def test_picture_prints_the_files_that_it_wrote(zoobench: Command, tmp_path: Path) -> None:
     """One for each environment where the body can be and the sheet, on standard output alone."""
     needs_drawing()

@@ -262,6 +262,7 @@ def test_the_committed_leaderboards_are_what_their_exports_make_of_them(zoobench
     ok(zoobench("leaderboard", "check", COMMITTED))
 
 
+@pytest.mark.slow
 def test_a_suite_is_printed_with_what_is_missing(zoobench: Command, database: Path) -> None:
     """Nothing of the suite `gaits` is in the database: no table, and how much is missing."""
     reply = ok(zoobench("leaderboard", "show", "gaits", "--format", "json"))

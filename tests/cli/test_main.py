@@ -63,6 +63,7 @@ def test_a_full_disk_is_told_in_one_line(words: list[str]) -> None:
     ]
 
 
+@pytest.mark.slow
 def test_a_reader_who_has_seen_enough_is_no_error_to_tell_of() -> None:
     """As `zoobench list | head -1` has it."""
     listing = subprocess.Popen([*PROCESS, "list"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
@@ -170,6 +171,7 @@ def test_a_closed_standard_output_is_refused(words: list[str], tmp_path: Path) -
     assert (done.returncode, done.stderr[:35]) == (2, "Error: Standard output is closed. L")
 
 
+@pytest.mark.slow
 def test_without_standard_error_data_stay_data(tmp_path: Path) -> None:
     """A message that nobody can hear is not printed among them."""
     command = ["sh", "-c", 'exec "$@" 2>&- <&-', "sh", *PROCESS, "results"]

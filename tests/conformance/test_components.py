@@ -38,10 +38,10 @@ CONTROLLERS = [name for name in CONTROLLERS if not registry.get(Kind.CONTROLLER,
 METHODS = [name for name in METHODS if not registry.get(Kind.METHOD, name).required]
 
 
-SHOWN_ELSEWHERE = ("clay", "snow", "wetland", "shallow-water")
+SHOWN_ELSEWHERE = ("desert", "clay", "snow", "wetland", "shallow-water")
 """Media whose kernels take ten seconds to compile. They are simulated in `tests/envs`; their adjoints are checked in
-`tests/sim/kernels/test_media_adjoint.py` and `test_drift.py`, and those of a robot in a bed, of which a part sleeps, in
-the desert here."""
+`tests/sim/kernels/test_media_adjoint.py` and `test_drift.py`, and those of a bed of which a part sleeps in
+`tests/sim/test_sleep.py`."""
 
 
 ALIKE = (
@@ -109,7 +109,7 @@ BALL = "ground[object=ball,object_gap=0,object_ground_friction=0.02]"
 CELLS.append(pytest.param(BALL, "topple", "caterpillar", id="ball-topple-caterpillar"))
 # the robot begins at an obstacle: the walls of a shaft it hardly touches in a few frames
 HURDLE = "ground[obstacle=hurdle,obstacle_distance=0]"
-CELLS.append(pytest.param(HURDLE, "climb", "caterpillar", id="hurdle-climb-caterpillar"))
+CELLS.append(pytest.param(HURDLE, "climb", "caterpillar", id="hurdle-climb-caterpillar", marks=pytest.mark.slow))
 # the plank of a cell at smoke begins below the robot, and hangs freely a cell ahead of it
 BRIDGE = "ground[obstacle=bridge,obstacle_distance=0,obstacle_length=0.125]"
 THROWN = "ground[object=box,object_gap=0.005,object_speed=0.6]"
@@ -262,7 +262,14 @@ def test_a_body_without_a_mind_stays_where_it_is(env: str, design: str) -> None:
 
 
 @pytest.mark.usefixtures("soon_at_rest")
-@pytest.mark.parametrize("name", METHODS)
+@pytest.mark.parametrize(
+    # those that draw hundreds of bodies or networks take seconds, and have toys in tests/methods
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.slow if name in ("evolution", "neat", "quality-diversity") else ())
+        for name in METHODS
+    ],
+)
 def test_a_method_solves_a_real_cell_within_its_budget(name: str) -> None:
     """Through the real simulator: a solution whose parameters give its score again, interrupted or not."""
     check_method(name)

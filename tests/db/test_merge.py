@@ -50,6 +50,7 @@ def test_runs_are_added_with_all_that_is_stored_of_them(location: str, other: Pa
     assert numbers(location, 2) == numbers(other, 1)
 
 
+@pytest.mark.slow
 def test_what_both_have_done_must_agree_bit_for_bit(tmp_path: Path, other: Path) -> None:
     """The same run done twice agrees, though its times do not; another last digit is reported, and that here stays."""
     path = tmp_path / "zoo.db"

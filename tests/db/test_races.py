@@ -92,6 +92,7 @@ def test_many_can_make_the_database_at_once(location: str, crowd: Crowd) -> None
     assert crowd(location, make, 4) == [0] * 4
 
 
+@pytest.mark.slow
 def test_one_grid_is_queued_once_in_whatever_order(location: str, crowd: Crowd) -> None:
     """Several who ask for the same runs at once, first to last and last to first, do not stand in each other's way."""
     assert sum(crowd(location, plan, 2)) == 100

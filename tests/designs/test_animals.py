@@ -149,7 +149,9 @@ def test_fibres_are_smooth(name: str) -> None:
     assert np.degrees(np.arccos(np.clip(cosine, 0.0, 1.0))).max() < 45.0
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=() if name in ("panda", "clownfish") else pytest.mark.slow) for name in NAMES]
+)
 def test_the_head_leads(name: str) -> None:
     """Head and tail are labelled at the ends, the head in front."""
     body = body_of(name, SMOKE)

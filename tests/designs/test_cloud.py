@@ -33,7 +33,14 @@ def cloud(path: Path, **changed: Any) -> CloudDesign:
     return CloudDesign(path=InputFile(path))
 
 
-@pytest.mark.parametrize(("name", "library"), [("a.ply", "trimesh"), ("a.pcd", "pypcd4"), ("a.npz", "numpy")])
+@pytest.mark.parametrize(
+    ("name", "library"),
+    [
+        ("a.ply", "trimesh"),
+        pytest.param("a.pcd", "pypcd4", marks=pytest.mark.slow),
+        pytest.param("a.npz", "numpy", marks=pytest.mark.slow),
+    ],
+)
 def test_an_exported_animal_comes_back(name: str, library: str, tmp_path: Path) -> None:
     """At the same fidelity: cubes, fibres, stiffness, mass, names, and the muscle of the largest share."""
     pytest.importorskip(library)
@@ -205,6 +212,7 @@ def test_the_colours_of_an_annotated_cloud_are_muscles(packed: bool, scattered: 
     assert any("3 colours" in note and "black and passive" in note for note in body.notes)
 
 
+@pytest.mark.slow
 def test_a_cloud_without_muscles_gets_pairs_with_a_word(tmp_path: Path) -> None:
     """Positions alone; `grouping` replaces the file's muscles, too."""
     np.savez(tmp_path / "a.npz", positions=columns()["positions"])
@@ -238,6 +246,7 @@ def mass(made: CloudDesign) -> float:
     return float(1000.0 * made.body(PAPER).masses(1000.0).sum())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "steps",
     [*(pytest.param(each, marks=pytest.mark.slow) for each in ((10.0, 5.0, 5.0), (5.0, 5.0, 10.0))), (4.0, 5.0, 6.0)],
@@ -249,6 +258,7 @@ def test_a_lattice_has_an_edge_along_each_axis(steps: tuple[float, float, float]
     assert made.body(PAPER).size == pytest.approx(np.array(steps) * 11 / 1000.0, abs=2e-3)
 
 
+@pytest.mark.slow
 def test_a_face_centred_lattice_is_solid(tmp_path: Path) -> None:
     """Each point of every other site stands for two cells."""
     sites = block((4.0, 4.0, 4.0), (20, 12, 12))
@@ -351,6 +361,7 @@ def ply(path: Path, form: str) -> CloudDesign:
     return CloudDesign(path=InputFile(path))
 
 
+@pytest.mark.slow
 def test_a_ply_file_in_text_is_that_in_bytes(tmp_path: Path) -> None:
     """Bit for bit, with the names of muscles from its comments."""
     pytest.importorskip("trimesh")

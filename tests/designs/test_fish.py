@@ -14,7 +14,7 @@ from zoobench.spec import Ref
 FISH: Animal = registry.create(Kind.DESIGN, Ref("fish"))
 
 
-@pytest.mark.parametrize("spacing", [1 / 64, 1 / 96, 1 / 128])
+@pytest.mark.parametrize("spacing", [1 / 96, *(pytest.param(1 / count, marks=pytest.mark.slow) for count in (64, 128))])
 def test_a_swimmer_has_three_particles_along_a_cell(spacing: float) -> None:
     """Whatever the fidelity says. A scene has the edge of its robot's cubes, by which neighbours are told."""
     fidelity = Fidelity(spacing)

@@ -42,7 +42,7 @@ def test_hull_of_a_solid_does_not_depend_on_the_grid() -> None:
     np.testing.assert_array_equal(hull_of(standard).triangles, hull_of(draft).triangles)
 
 
-@pytest.mark.parametrize("name", ["fish", "tuna", "shark", "clownfish"])
+@pytest.mark.parametrize("name", ["fish", "shark", "clownfish", pytest.param("tuna", marks=pytest.mark.slow)])
 def test_a_fish_has_a_symmetric_hull(name: str) -> None:
     """Triangle for triangle above and below as left and right, so that no fish turns, dives or rolls for its hull."""
     body = registry.create(Kind.DESIGN, Ref(name)).body(DRAFT)
@@ -54,6 +54,7 @@ def test_a_fish_has_a_symmetric_hull(name: str) -> None:
         assert cKDTree(middles).query(mirrored)[0].max() < 1e-6 * edge
 
 
+@pytest.mark.slow
 def test_a_fish_in_its_rest_frame_has_the_same_mass_above_and_below() -> None:
     """Volume by volume; by sampling alone a shark that turned rose at draft, and not on finer grids. What was asked for
     another frame before is another body."""

@@ -237,6 +237,7 @@ def test_the_file_decides_which_axis_is_up(tmp_path: Path) -> None:
     assert "z was taken as ahead and y as up" in found.notes[1]
 
 
+@pytest.mark.slow
 def test_what_was_assumed_of_a_file_is_said(tmp_path: Path) -> None:
     """Its size, the length that it was given, and its directions; what was given is no assumption."""
     box = trimesh.creation.box(extents=(120.0, 40.0, 30.0))

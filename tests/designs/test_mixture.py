@@ -41,7 +41,7 @@ def test_it_is_a_design_space(space: Mixture) -> None:
     "space",
     [
         pytest.param(sdf_lerp(), id="sdf-lerp"),
-        pytest.param(barycenter_space(primitives="orca+tuna"), id="barycenter"),
+        pytest.param(barycenter_space(primitives="orca+tuna"), id="barycenter", marks=pytest.mark.slow),
     ],
 )
 @pytest.mark.usefixtures("few_iterations")

@@ -73,6 +73,7 @@ def test_where_only_geometry_varies_the_rest_is_the_base_itself(name: str, base:
     assert torch.equal(form.fibres[0], torch.as_tensor(given.fibres))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MIXED)
 def test_a_mixture_without_a_part_has_that_of_the_first_animal(name: str) -> None:
     """As the mixture has it whose coefficients leave nothing to the others."""

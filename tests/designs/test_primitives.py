@@ -24,6 +24,7 @@ def primitives(names: str = DEFAULT_PRIMITIVES, length: float = SWIMMER_LENGTH) 
     return Primitives(names, length)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "names",
     [
@@ -133,6 +134,7 @@ def test_tissues_are_whole_and_mirrored(names: str) -> None:
     np.testing.assert_allclose(tissues.fibres[:, twin], tissues.fibres * torch.as_tensor(flip), atol=1e-9)
 
 
+@pytest.mark.slow
 def test_muscles_are_matched_by_number() -> None:
     """Equal names are kept, others numbered; a primitive with fewer muscles does not use the last ones."""
     agreed = primitives("shark+tuna+clownfish")

@@ -50,6 +50,7 @@ def test_at_another_fidelity_it_is_made_again_or_refused(keep: dict[str, Start])
         registry.create(Kind.DESIGN, particles).body(Fidelity(1 / 64))
 
 
+@pytest.mark.slow
 def test_it_is_refused_where_a_robot_has_other_particles(keep: dict[str, Start]) -> None:
     """In water by forces on the surface thin parts have fewer of them than on the ground, at the same fidelity."""
     swimmer, params = stored(keep, cell(environment="ocean", design="particle[base=clownfish,optimise=geometry]"))

@@ -59,7 +59,7 @@ def test_a_file_must_be_named_with_its_content(tmp_path: Path) -> None:
     assert workspace(whole, DRAFT).particle_count > 50
 
 
-@pytest.mark.parametrize("base", ["block", "panda"])
+@pytest.mark.parametrize("base", ["block", pytest.param("panda", marks=pytest.mark.slow)])
 def test_the_box_is_the_body_however_it_is_sampled(base: str) -> None:
     """Centre and half extent agree between grids to half a coarse particle."""
     (centre, half), (fine_centre, fine_half) = (extent(workspace(base, Fidelity(h))) for h in (1 / 64, 1 / 192))

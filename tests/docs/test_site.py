@@ -1,5 +1,6 @@
 """The documentation site builds without a warning and holds what is made from the code."""
 
+import os
 import re
 import runpy
 import subprocess
@@ -25,6 +26,24 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+def test_links_between_pages_lead_somewhere() -> None:
+    """To a file of the documents, or to a page of the navigation that is made from the code."""
+    navigation = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
+    links = [
+        (page, Path(os.path.normpath(page.parent / link)))
+        for page in (ROOT / "docs").rglob("*.md")
+        for link in re.findall(r"\]\(([^)#:\s]+)", page.read_text(encoding="utf-8"))
+    ]
+    assert len(links) > 100
+    broken = [
+        f"{page.name}: {target}"
+        for page, target in links
+        if not target.exists() and f" {target.relative_to(ROOT / 'docs')}\n" not in navigation
+    ]
+    assert not broken
+
+
+@pytest.mark.slow
 def test_every_link_leads_to_a_file_of_the_site(site: Path) -> None:
     """Of pages and pictures; those to other places are not tried."""
     broken = [
@@ -36,6 +55,7 @@ def test_every_link_leads_to_a_file_of_the_site(site: Path) -> None:
     assert not broken
 
 
+@pytest.mark.slow
 def test_no_markup_is_left_on_a_page(site: Path) -> None:
     """A table or list that the site does not recognise, as in a list's item, is printed with its bars and stars."""
     left = [
@@ -46,6 +66,7 @@ def test_no_markup_is_left_on_a_page(site: Path) -> None:
     assert not left
 
 
+@pytest.mark.slow
 def test_the_reference_holds_all_commands_and_components(site: Path) -> None:
     """Those of today, by their headings."""
     commands = (site / "reference" / "commands" / "index.html").read_text(encoding="utf-8")
@@ -56,6 +77,7 @@ def test_the_reference_holds_all_commands_and_components(site: Path) -> None:
     assert not [name for kind in Kind for name in registry.names(kind) if f'id="{name}' not in components]
 
 
+@pytest.mark.slow
 def test_pages_of_guide_and_leaderboards_are_in_the_navigation(site: Path) -> None:
     """Every page can be reached from the first."""
     first = (site / "index.html").read_text(encoding="utf-8")
@@ -67,6 +89,7 @@ def test_pages_of_guide_and_leaderboards_are_in_the_navigation(site: Path) -> No
     assert not [place for place in places if f'href="{place}/' not in first]
 
 
+@pytest.mark.slow
 def test_a_notebook_is_a_page_of_text_and_code(site: Path) -> None:
     """Its comments are text with headings, its cells are blocks, and no mark of the percent format is left."""
     page = (site / "notebooks" / "compare" / "index.html").read_text(encoding="utf-8")

@@ -29,6 +29,7 @@ def blocks_of(page: Path) -> list[tuple[str, str]]:
     return [block for block in found if block[0] == "python" or WHOLE in text]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "page",
     [

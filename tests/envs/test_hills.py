@@ -22,6 +22,7 @@ def test_another_seed_gives_other_hills() -> None:
     assert abs(np.corrcoef(one, two)[0, 1]) < 0.1
 
 
+@pytest.mark.slow
 @settings(max_examples=10, deadline=None)
 @given(seed=st.integers(0, 2**63 - 1), octaves=st.integers(1, 5))
 def test_noise_is_bounded_and_has_no_mean(seed: int, octaves: int) -> None:

@@ -79,6 +79,7 @@ def _check(run: published.PublishedRun, spec: RunSpec, monkeypatch: pytest.Monke
     assert wide.score == pytest.approx(usual.score, abs=0.01 * way)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", ["best:gaits/ground/movement-speed/caterpillar", "best:gaits/desert/movement-speed/caterpillar"]
 )

@@ -42,7 +42,7 @@ def test_water_by_forces_has_its_robot_in_its_rest_frame() -> None:
 def test_water_by_forces_has_no_bounds() -> None:
     """A robot that a current takes out of its arena goes as in one of three times the size."""
     env = _made("ocean[current=2]")
-    fidelity, (length, height, width) = env.simulated(SMOKE), env.arena
+    fidelity, (length, height, width) = env.simulated(replace(SMOKE, precision=64)), env.arena
     body, paths = _body("block", fidelity), []
     for factor in (1.0, 3.0):
         wide = replace(env, arena=(factor * length, factor * height, factor * width))

@@ -173,6 +173,7 @@ def test_a_block_slides_down_a_slope(angle: float, friction: float) -> None:
     assert gained == pytest.approx(9.81 * (math.sin(root) - friction * math.cos(root)), rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_body_slides_down_as_far_as_an_episode_lasts() -> None:
     """From rest by g sin a cos a t^2 / 2 along x, for 2 s and 6.3 m: no end of the arena is on its way."""
     frames, smoke = 250, Fidelity(1 / 32)

@@ -43,8 +43,8 @@ def _check(name: str, fidelity: Fidelity) -> None:
 @pytest.mark.parametrize(
     "name",
     [
-        # one needs the grid of scores, the other kernels of its own: water of particles is simulated in tests/sim
-        pytest.param(name, marks=pytest.mark.slow if name in ("wetland", "shallow-water") else ())
+        # on beds bodies need the grid of scores, and water of particles is simulated in tests/sim
+        pytest.param(name, marks=pytest.mark.slow if name in ("desert", "wetland", "shallow-water") else ())
         for name in ENVS
         if name not in SOLID[1:]
     ],

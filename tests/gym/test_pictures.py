@@ -95,6 +95,7 @@ def test_stable_baselines_trains_and_gymnasium_films(tmp_path: Path) -> None:
     assert (np.abs(images[0].astype(int) - images[-1]).max(axis=2) > 8).mean() > 5e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "cameras", [("film", "top"), pytest.param(("film", "follow", "side", "top"), marks=pytest.mark.slow)], ids=len
 )

@@ -47,6 +47,7 @@ def test_one_process_does_run_after_run(tmp_path: Path) -> None:
     assert children() == []
 
 
+@pytest.mark.slow
 def test_what_a_run_prints_is_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Also a line that is longer than is kept, and what a library has not yet written."""
     monkeypatch.delenv("PYTHONUNBUFFERED", raising=False)
@@ -113,6 +114,7 @@ _OTHERS = (
 )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "oddities", [_ONE_OF_EACH_KIND, pytest.param(_OTHERS, marks=pytest.mark.slow)], ids=["one-of-each-kind", "others"]
 )
@@ -201,6 +203,7 @@ with Store(path) as store:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGKILL, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)])
 def test_an_idle_process_ends_with_its_worker(tmp_path: Path, number: signal.Signals) -> None:
     """However that ends."""

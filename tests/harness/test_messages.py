@@ -88,6 +88,7 @@ def test_what_can_be_kept_comes_through() -> None:
     assert failed.reason == "no file ?"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "refused",
     [
@@ -110,6 +111,7 @@ def test_a_message_that_cannot_be_kept_fails_its_run_alone(refused: dict[str, st
             assert [attempt.outcome for attempt in store.attempts(run.id)] == [RunState.FAILED], oddity
 
 
+@pytest.mark.slow
 def test_a_message_that_is_too_long_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """And not taken into memory."""
     monkeypatch.setattr(process, "LONGEST_MESSAGE", 10_000)

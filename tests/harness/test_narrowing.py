@@ -24,6 +24,7 @@ def chosen(suite: Suite, **words: Any) -> list[RunSpec]:
     return [spec_of(cell) for cell in narrowed(suite, selection, **settings)]
 
 
+@pytest.mark.slow
 def test_nothing_said_is_all_of_it(gaits: Suite) -> None:
     """In its order."""
     assert chosen(gaits) == list(gaits.specs)

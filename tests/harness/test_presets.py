@@ -12,7 +12,9 @@ from zoobench.registry import Kind, resolve
 from zoobench.spec import Budget, Ref, RunSpec
 
 
-@pytest.mark.parametrize("name", presets.names())
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow if name == "animals" else ()) for name in presets.names()]
+)
 def test_every_preset_can_be_run(name: str) -> None:
     """Its fidelity, methods, design and controller are registered and take its settings."""
     runs = expand(presets.get(name).grid([Ref("desert")], [Ref("turning")]))

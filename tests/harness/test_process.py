@@ -39,6 +39,7 @@ def test_a_child_ends_though_a_process_out_of_reach_holds_its_pipes_open(monkeyp
     assert time.monotonic() - begin < 20.0
 
 
+@pytest.mark.slow
 def test_a_last_message_is_read_however_long_it_takes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The patience with a dead child's pipes is with their silence, not with the work on what came out of them."""
     monkeypatch.setattr(process, "_LAST_WORDS_SECONDS", 0.2)
@@ -99,6 +100,7 @@ def test_a_method_that_closes_its_standard_input_goes_on(tmp_path: Path) -> None
 _LINUX = pytest.mark.skipif(sys.platform != "linux", reason="Linux's")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "oddity",
     [

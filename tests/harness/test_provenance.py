@@ -100,6 +100,7 @@ def test_the_build_writes_the_commit(tmp_path: Path) -> None:
             assert len(json.loads(Path(file).read_text())["commit"]) == 40
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not (ROOT / ".git").exists(), reason="not a checkout")
 def test_what_runs_from_a_wheel_names_the_commit_and_has_the_best_solutions(tmp_path: Path) -> None:
     """Built from this checkout and unpacked elsewhere, it gives the commit and leaderboards that it was built from."""

@@ -21,6 +21,7 @@ def _finals(store: Store, run_id: int) -> dict[str, float]:
     return {final.name: final.value for final in store.finals(run_id)}
 
 
+@pytest.mark.slow
 def test_of_runs_that_need_a_reference_at_once_one_computes_it(tmp_path: Path) -> None:
     """The others wait for it, and those that come later find it."""
     path = tmp_path / "zoo.db"
@@ -54,6 +55,7 @@ def test_nobody_waits_for_ever(pair: tuple[Store, Claim], monkeypatch: pytest.Mo
     assert _finals(store, claim.run_id)["computed"] == 1.0
 
 
+@pytest.mark.slow
 def test_a_run_that_waits_can_be_stopped(pair: tuple[Store, Claim]) -> None:
     """It ends by itself, and is not killed."""
     store, claim = pair

@@ -54,6 +54,7 @@ def test_a_worker_takes_no_more_runs_than_it_may(path: Path) -> None:
         assert store.counts() == {RunState.DONE: 2, RunState.QUEUED: 1}
 
 
+@pytest.mark.slow
 def test_a_worker_takes_only_the_runs_of_its_sweep(path: Path) -> None:
     """A sweep that does not exist is refused."""
     ids = enqueue(path, 3)
@@ -127,6 +128,7 @@ def test_a_cancelled_run_is_dropped_by_its_worker(path: Path) -> None:
     assert numbers(path, 1) == numbers(straight, 1)
 
 
+@pytest.mark.slow
 def test_a_process_that_takes_more_memory_than_it_may_fails(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """FAILED says how much it took and what to do; one that takes less is DONE."""
     enqueue(path)

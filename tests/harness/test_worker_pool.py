@@ -62,9 +62,14 @@ def test_runs_are_done_and_recorded(path: Path) -> None:
             "vanish",
             RunState.FAILED,
             "exit code 7 and said nothing. Its last line: last words",
-            marks=pytest.mark.slow,  # its four attempts are those of the next
+            marks=pytest.mark.slow,
         ),
-        ("segfault", RunState.FAILED, "killed by signal 11 (SIGSEGV)"),
+        pytest.param(
+            "segfault",
+            RunState.FAILED,
+            "killed by signal 11 (SIGSEGV)",
+            marks=pytest.mark.slow,  # as `vanish` it is tried four times
+        ),
     ],
 )
 def test_each_way_to_fail_has_its_state_and_reason(path: Path, mode: str, state: RunState, reason: str) -> None:
@@ -103,6 +108,7 @@ def test_one_failure_does_not_stop_the_others(path: Path) -> None:
         assert len(store.attempts(rows[0].id)) == 1
 
 
+@pytest.mark.slow
 def test_an_interrupt_leaves_the_runs_to_go_on_with(path: Path) -> None:
     """After Ctrl-C nothing runs, the runs are queued, and typed again they end as if nothing had happened.
 
@@ -307,6 +313,7 @@ class _FullDisk(Store):
         super().commit(claim, batch)  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 def test_a_full_disk_stops_the_child_and_the_run_goes_on_later(path: Path) -> None:
     """SQLite's own SQLITE_FULL: the error arrives, no child is left, the earlier commit stays, the run resumes."""
     from zoobench.db.owner import Owner

@@ -1,6 +1,7 @@
 """CMA-ES on problems with known answers."""
 
 import numpy as np
+import pytest
 
 from tests.methods.toy import OPTIMUM, Context, Quadratic
 from zoobench.arrays import Array
@@ -9,6 +10,7 @@ from zoobench.methods.cmaes import CmaEs, Strategies
 from zoobench.spec import Budget
 
 
+@pytest.mark.slow
 def test_a_stagnated_strategy_is_replaced() -> None:
     """Long after the optimum is found, and the best is kept."""
     solution = CmaEs().run(Quadratic(Budget("episodes", 2500)), Context(1))  # type: ignore[arg-type]

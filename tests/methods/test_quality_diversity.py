@@ -38,6 +38,7 @@ def test_the_archive_holds_the_best_of_every_kind() -> None:
         np.testing.assert_array_equal(measures, shape_of(params))
 
 
+@pytest.mark.slow
 def test_it_finds_good_ones_and_many_kinds() -> None:
     """On the quadratic problem: nearly the optimum, and a large share of the cells."""
     solution = QualityDiversity(cells=20).run(Quadratic(Budget("episodes", 2000)), Context(1))  # type: ignore[arg-type]

@@ -55,6 +55,7 @@ def own_tests(packages: Path, site: Path, *words: str) -> subprocess.CompletedPr
     return programs.run(*command, cwd=packages, environ={"PYTHONPATH": path})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "passed"),
     [

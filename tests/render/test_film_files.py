@@ -58,7 +58,7 @@ def _colours(picture: "np.ndarray[tuple[int, ...], np.dtype[np.uint8]]") -> dict
     return {"sand": float(sand.mean()), "active": float(active.mean())}
 
 
-@pytest.mark.parametrize("form", [FilmFormat.MP4, FilmFormat.GIF])
+@pytest.mark.parametrize("form", [pytest.param(FilmFormat.MP4, marks=pytest.mark.slow), FilmFormat.GIF])
 def test_moving_pictures_show_the_robot_in_its_medium(tmp_path: Path, form: FilmFormat) -> None:
     """A picture for each moment, of the width asked for, that differs from the one before."""
     needs_drawing()

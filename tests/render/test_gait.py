@@ -33,6 +33,7 @@ def test_the_period_is_that_of_the_slowest_wave(activity: Array, period: int | N
     assert period_of(activity) == period
 
 
+@pytest.mark.slow
 def test_a_gait_is_drawn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The bodies differ from moment to moment, and the picture is as wide as they are together.
 

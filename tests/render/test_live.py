@@ -1,6 +1,7 @@
 """Pictures of an episode while it is simulated."""
 
 import numpy as np
+import pytest
 
 from tests.conformance.cells import POND, TANK, cell
 from zoobench.cell.problem import Problem
@@ -69,6 +70,7 @@ def test_water_is_drawn_as_it_flows_now() -> None:
     np.testing.assert_array_equal(end, rest)
 
 
+@pytest.mark.slow
 def test_a_camera_that_follows_goes_with_the_robot() -> None:
     """The robot stays where it is in the picture, though it is elsewhere; by the camera of films it has moved."""
     problem = Problem(cell())

@@ -22,6 +22,7 @@ def milestones(*steps: int) -> list[MilestoneRow]:
     return [MilestoneRow(step, 0.01 * step, tuple(problem.initial(rng).tolist())) for step in steps]
 
 
+@pytest.mark.slow
 def test_bodies_stand_side_by_side_with_iteration_and_score() -> None:
     """Above by muscles, below by stiffness; another body is another picture."""
     needs_drawing()

@@ -93,6 +93,7 @@ def test_a_cut_medium_shows_the_robot(monkeypatch: pytest.MonkeyPatch) -> None:
     assert purple(snapshot_image(shot, SIZE)) < 0.001
 
 
+@pytest.mark.slow
 def test_the_robot_throws_a_shadow_on_ground_and_medium(monkeypatch: pytest.MonkeyPatch) -> None:
     """There are darker pixels of their colour, which go with the shadow."""
     for shot, colour in ((smoke_snapshot("ice"), ICE), (smoke_snapshot("desert"), MEDIA["desert"])):
@@ -102,6 +103,7 @@ def test_the_robot_throws_a_shadow_on_ground_and_medium(monkeypatch: pytest.Monk
             assert with_shadow > darkened(snapshot_image(shot, SIZE), colour) + 0.0015, shot.env
 
 
+@pytest.mark.slow
 def test_files_are_one_for_each_environment_and_a_sheet(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of the sheet's four tiles each shows the robot; it is a small file."""
     imageio = pytest.importorskip("imageio.v2")
@@ -118,6 +120,7 @@ def test_files_are_one_for_each_environment_and_a_sheet(tmp_path: Path, monkeypa
         assert purple(sheet[top : top + 270, left : left + 480]) > 0.003, name
 
 
+@pytest.mark.slow
 def test_one_picture_makes_no_sheet(tmp_path: Path) -> None:
     """A sheet of one would be that one again."""
     assert [path.name for path in draw_snapshots([smoke_snapshot("ground")], tmp_path)] == ["ground.png"]
@@ -143,6 +146,7 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
         list(draw_snapshots([smoke_snapshot("ground")], tmp_path / "taken"))
 
 
+@pytest.mark.slow
 def test_a_portrait_shows_muscles_passive_matter_and_fibres(monkeypatch: pytest.MonkeyPatch) -> None:
     """The fish's right flank in its colours, its grey head, and strokes, which go with the fibres.
 

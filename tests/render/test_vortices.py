@@ -17,6 +17,7 @@ def _drawing() -> None:
     needs_drawing()
 
 
+@pytest.mark.slow
 def test_water_that_turns_is_lighter_to_the_left_and_darker_to_the_right() -> None:
     """The half of the layer at the robot's tail turns left here, the half before it right; the slower, the less."""
     shot = smoke_snapshot("ocean[water=grid]")

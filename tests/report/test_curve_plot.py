@@ -201,6 +201,7 @@ def test_the_names_of_a_figure_may_be_others(store: Store, tmp_path: Path) -> No
         draw(results, known, tmp_path / "curves.png", renamed={"panda": "Robot"})
 
 
+@pytest.mark.slow
 def test_a_figure_for_a_paper_has_its_width_and_fonts_that_publishers_take(store: Store, tmp_path: Path) -> None:
     """85 mm are 241 points; the fonts are embedded as TrueType, and the caption is left to the paper."""
     results = choose_results(store, RunSelection())

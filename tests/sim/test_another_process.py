@@ -43,6 +43,7 @@ def other(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
     return done.stdout.split()[-1], folder
 
 
+@pytest.mark.slow
 def test_float32_episode_repeats_bit_for_bit(other: tuple[str, Path]) -> None:
     """Two runs in this process and one in another give the same bits in trajectory and gradient.
 
@@ -55,6 +56,7 @@ def test_float32_episode_repeats_bit_for_bit(other: tuple[str, Path]) -> None:
     assert list((folder / "kernels").rglob("*.tic"))
 
 
+@pytest.mark.slow
 def test_no_product_is_fused_with_a_sum(other: tuple[str, Path]) -> None:
     """In the machine code of the substep and of its reverse: processors of different make give the same bits.
 

@@ -70,6 +70,7 @@ def test_limbs_far_from_each_other_are_not_looked_at() -> None:
         assert bool(solver.launcher._limbs[-1][0, -1] > 0) == near  # type: ignore[attr-defined]
 
 
+@pytest.mark.slow
 def test_limbs_that_meet_within_a_frame_are_not_missed() -> None:
     """What a plate hits that was at rest when the frame began; ten times as many frames give every bit of the path."""
     given = replace(LAGRANGIAN, step=5e-4)
@@ -83,6 +84,7 @@ def test_limbs_that_meet_within_a_frame_are_not_missed() -> None:
     np.testing.assert_array_equal(long.positions[-1], short.positions[-1])
 
 
+@pytest.mark.slow
 def test_gradient_is_the_same_however_little_is_kept() -> None:
     """Frames in pieces give every bit of the path, and of the gradient all but the order of its sums."""
     scene, given = _row_scene(), replace(LAGRANGIAN, step=5e-4)
@@ -100,6 +102,7 @@ def test_gradient_is_the_same_however_little_is_kept() -> None:
         assert np.abs(one - other).max() <= 1e-12 * np.abs(one).max(), name
 
 
+@pytest.mark.slow
 def test_empty_particles_that_meet_have_finite_gradients() -> None:
     """In single precision, where their strengths squared are nothing."""
     scene = scenes.pair_scene(4.0)
@@ -111,6 +114,7 @@ def test_empty_particles_that_meet_have_finite_gradients() -> None:
     assert all(np.isfinite(getattr(gradient, name)).all() for name in scenes.GROUPS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("approach", [0.2, 1.0])
 def test_a_collision_without_damping_adds_little_energy(approach: float) -> None:
     """At the default Courant fraction and in single precision; kinetic energy afterwards is what strain gives back."""

@@ -71,6 +71,7 @@ def test_muscle_reaches_its_equilibrium_stretch() -> None:
         assert stretch == pytest.approx([expected[0], expected[1], expected[1]], rel=5e-3)
 
 
+@pytest.mark.slow
 def test_a_body_that_is_stretched_far_is_not_torn() -> None:
     """Flung apart along x, neighbours are more than twice as far away as at rest, and come back."""
     cube = scenes.muscle_body(cells=2)

@@ -93,7 +93,7 @@ def test_frame_that_fails_is_repeated_with_half_the_step(monkeypatch: pytest.Mon
 
 
 @pytest.mark.parametrize("gradients", [False, True])
-@pytest.mark.parametrize("frame", [2, 3, 6])
+@pytest.mark.parametrize("frame", [2, *(pytest.param(frame, marks=pytest.mark.slow) for frame in (3, 6))])
 def test_a_repeated_frame_begins_with_the_state_before_it(
     frame: int, gradients: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -68,6 +68,7 @@ def test_the_gradient_of_the_work_agrees_with_differences(given: Fidelity, equil
         assert found == pytest.approx(along, rel=1e-6, abs=1e-8 * np.abs(exact * direction).sum()), name
 
 
+@pytest.mark.slow
 def test_work_in_one_frame_does_not_depend_on_what_follows() -> None:
     """That of the third frame has no derivative by activity after it, and one by the activity in it and before."""
     loss = WorkLoss(GRID, 0)

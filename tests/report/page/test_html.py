@@ -93,6 +93,7 @@ def test_a_film_stands_on_the_screen_and_its_picture_on_paper(shown: Section) ->
     assert [(given["alt"], given.get("class")) for given in pictures] == [("moves", "paper"), ("stands", None)]
 
 
+@pytest.mark.slow
 def test_a_page_holds_so_many_rows_and_says_what_it_leaves_out(shown: Section, monkeypatch: pytest.MonkeyPatch) -> None:
     """The first ones, with the runs of these alone."""
     assert fitted(shown.tables) == (shown.tables, 0)

@@ -170,7 +170,7 @@ def test_sand_never_leaves_its_yield_cone(precision: int) -> None:
     assert 1000 < int((sheared & (pressure > 100 * noise)).sum()) < 9900
 
 
-@pytest.mark.parametrize("precision", [64, 32])
+@pytest.mark.parametrize("precision", [64, pytest.param(32, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", ["clay", "mud"])
 def test_clay_and_mud_never_leave_their_yield_surface(name: str, precision: int) -> None:
     """|dev tau| <= y after the return of 10,000 random states, to 1e-5 relative; many of them reach it."""

@@ -42,7 +42,7 @@ def _unless(is_fast: bool) -> tuple[pytest.MarkDecorator, ...]:
 
 combinations = pytest.mark.parametrize(
     ("transfer", "kernel"),
-    [pytest.param(*pair, marks=_unless(pair[1] == "quadratic" or pair == HARDEST)) for pair in scenes.COMBINATIONS],
+    [pytest.param(*pair, marks=_unless(pair[1] == "quadratic")) for pair in scenes.COMBINATIONS],
 )
 hardest_first = pytest.mark.parametrize(
     ("transfer", "kernel"), [pytest.param(*pair, marks=_unless(pair == HARDEST)) for pair in NEW]
@@ -99,7 +99,7 @@ every_kernel_both_ways = pytest.mark.parametrize(
     ("kernel", "vectors"),
     [
         # single numbers, which no episode on a CPU has, take longest to compile
-        pytest.param(kernel, vectors, marks=_unless(vectors))
+        pytest.param(kernel, vectors, marks=_unless(vectors and kernel == "quadratic"))
         for kernel in get_args(Kernel)
         for vectors in (True, False)
     ],

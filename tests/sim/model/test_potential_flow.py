@@ -46,6 +46,7 @@ def test_a_sphere_takes_water_along_everywhere_alike() -> None:
     assert phi == pytest.approx(np.full(len(phi), 0.025), rel=0.05)
 
 
+@pytest.mark.slow
 def test_growth_is_that_of_the_slices_of_a_slender_body() -> None:
     """Of one with flat slices, sides see its height and the top its width; what widens ahead is positive."""
     edge, (long, high, thick) = 0.006, (0.15, 0.04, 0.02)

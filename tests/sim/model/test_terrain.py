@@ -79,6 +79,7 @@ def test_block_slides_down_a_slope_as_on_an_incline(friction: float) -> None:
     assert np.abs((path - path[0]) @ up).max() < 0.5 * scenes.SPACING
 
 
+@pytest.mark.slow
 def test_gradient_on_hills_matches_central_differences() -> None:
     """Through contact with a curved ground."""
     scene = scenes.ground_scene()

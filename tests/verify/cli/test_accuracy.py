@@ -42,6 +42,7 @@ def test_the_study_is_carried_out_once_and_judged_as_often_as_wanted(zoobench: C
     assert not any(cell["undecided"] for cell in json.loads(table.out)["cells"])
 
 
+@pytest.mark.slow
 def test_published_levels_are_shown_and_drawn_without_a_study(zoobench: Command) -> None:
     """Those by which --tolerance chooses; an export of them, or a place that was not measured, is refused."""
     show = ("verify", "accuracy", "show", "--published", "--task", "turning")

@@ -56,6 +56,7 @@ def test_a_body_of_several_tissues_can_be_stiffened() -> None:
     assert np.isfinite(case.objective(case.run(stiffer)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "env", [pytest.param("ground", id="land"), pytest.param(POND, id="water", marks=pytest.mark.slow)]
 )
