@@ -95,10 +95,11 @@ def _end_runtime() -> Iterator[None]:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def _repeated_migrations() -> Iterator[None]:
-    from tests.new_databases import repeated_migrations  # late: it loads libraries whose threads are chosen above
+def _quick_databases() -> Iterator[None]:
+    # late: it loads libraries whose threads are chosen above
+    from tests.new_databases import repeated_migrations, unsynced_files
 
-    with repeated_migrations():
+    with repeated_migrations(), unsynced_files():
         yield
 
 

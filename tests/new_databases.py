@@ -1,10 +1,11 @@
-"""New databases for the tests: the statements of the migrations are made once, and then repeated."""
+"""Databases for the tests: the statements of the migrations are made once, and nothing waits for the disk."""
 
+import sqlite3
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from sqlalchemy import Connection, event
+from sqlalchemy import Connection, Engine, event
 from sqlalchemy.orm import Session
 
 from zoobench.db import schema
@@ -37,6 +38,21 @@ def repeated_migrations() -> Iterator[None]:
         yield
     finally:
         schema._migrate = migrate
+
+
+@contextmanager
+def unsynced_files() -> Iterator[None]:
+    """SQLite leaves it to the system when to write: only a machine that loses its power could lose what was stored."""
+
+    def configure(connection: Any, _record: object) -> None:
+        if isinstance(connection, sqlite3.Connection):
+            connection.execute("PRAGMA synchronous = OFF")
+
+    event.listen(Engine, "connect", configure)
+    try:
+        yield
+    finally:
+        event.remove(Engine, "connect", configure)
 
 
 def _noted(connection: Connection, action: Callable[[], None]) -> list[_Statement]:
