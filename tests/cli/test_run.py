@@ -165,6 +165,7 @@ def test_rerun_does_a_finished_run_again(zoobench: Command, tmp_path: Path, pret
     assert "none of the finished runs" in zoobench("run", *CELL, *elsewhere, "--rerun", "nothing").err
 
 
+@pytest.mark.slow
 def test_the_time_limit_ends_a_run_as_a_timeout(
     zoobench: Command, tmp_path: Path, pretend: Callable[..., None]
 ) -> None:

@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 from tests.harness.helpers import spec
+from tests.new_databases import unsynced_files
 from zoobench.db.owner import Owner
 from zoobench.db.rows import Batch, Ending, FinalRow, RunState
 from zoobench.db.store import Store
@@ -42,7 +43,7 @@ def serve() -> None:
     """For each line that asks for it, what each of so many processes at once, forked from this one, makes of it."""
     for line in sys.stdin:
         name, location, size = json.loads(line)
-        with get_context("fork").Pool(size) as pool:
+        with unsynced_files(), get_context("fork").Pool(size) as pool:
             answers = pool.starmap_async(globals()[name], [(location, number) for number in range(size)], chunksize=1)
             try:
                 found = answers.get(timeout=120.0)

@@ -172,8 +172,9 @@ def test_ports_in_use_are_told() -> None:
             Viewer(port=port)
     with pytest.raises(UsageError, match=r"192\.0\.2\.1.*Cannot assign"):
         Viewer("192.0.2.1", 0)
-    with pytest.raises(UsageError, match=r"nowhere\.invalid"):
-        Viewer("nowhere.invalid")
+    for name, fault in (("nowhere.invalid", "[Nn]ame"), ("a..b", "no name of a machine")):
+        with pytest.raises(UsageError, match=rf"No page can be served at {name}, port {PORT}: .*{fault}"):
+            Viewer(name)
     first, second = Viewer(), Viewer()
     try:
         ports = [int(each.address.rpartition(":")[2]) for each in (first, second)]

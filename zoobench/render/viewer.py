@@ -158,19 +158,21 @@ def _port(host: str, port: int | None) -> int:
 
     Asked here, since viser takes another port in silence, and waits for ever where the host is none of this machine.
     """
-    tried = range(PORT, PORT + _PORTS) if port is None else [port]
-    for number in tried:
-        family = socket.AF_INET6 if ":" in host else socket.AF_INET
-        try:
-            with socket.create_server((host, number), family=family) as free:
-                return int(free.getsockname()[1])
-        except OSError as error:
-            is_name = isinstance(error, socket.gaierror)
-            fault = error.strerror if is_name else os.strerror(error.errno or 0)
-            if is_name or number == tried[-1]:
-                break
+    tried, fault = range(PORT, PORT + _PORTS) if port is None else [port], ""
+    try:
+        socket.getaddrinfo(host, None)
+    except (socket.gaierror, UnicodeError) as error:  # the latter of names such as `a..b`
+        tried, fault = tried[:1], getattr(error, "strerror", None) or "no name of a machine"
+    else:
+        for number in tried:
+            family = socket.AF_INET6 if ":" in host else socket.AF_INET
+            try:
+                with socket.create_server((host, number), family=family) as free:
+                    return int(free.getsockname()[1])
+            except OSError as error:
+                fault = os.strerror(error.errno or 0)
     raise UsageError(
-        f"No page can be served at {host}, port {number}: {fault}. "
+        f"No page can be served at {host}, port {tried[-1]}: {fault}. "
         "Give another --port, or 0 for any free one; --host 127.0.0.1 is this machine, 0.0.0.0 all of its addresses."
     )
 
