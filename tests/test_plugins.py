@@ -163,6 +163,7 @@ def zoobench(site: Path, *commands: Sequence[str]) -> list[Reply]:
     return [Reply(*each) for each in json.loads(done.stdout)]
 
 
+@pytest.mark.slow
 def test_a_plugin_is_listed_runs_and_is_in_the_table(site: Path) -> None:
     """An environment, a task, a design and a method from outside make a cell like any other, broken ones beside them.
 

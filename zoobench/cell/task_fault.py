@@ -1,7 +1,7 @@
 """Tasks against environments and bodies: whether a task makes sense there, as there is an object where one is needed, a
 muscle by which to turn, and room to follow a target."""
 
-from functools import lru_cache
+from functools import cache, lru_cache
 
 import numpy as np
 
@@ -81,16 +81,11 @@ def _fault(env_ref: Ref, task_ref: Ref, design: Ref, fidelity: Ref, frames: int)
     env: Environment = registry.create(Kind.ENV, env_ref)
     task = registry.create(Kind.TASK, task_ref)
     grid: Fidelity = registry.create(Kind.FIDELITY, fidelity)
-    if getattr(task, "needs_sides", False):
-        try:
-            _, body = sampled(design, grid)
-        except (SceneError, UsageError):
-            return ""
-        if _is_mirrored(body):
-            return (
-                f"Each muscle of {design.name!r} is the same left and right, so that nothing turns it. Choose another "
-                f"task than {task_ref.name!r}, or a body with muscles left and right, as 'orca[paired=true]'."
-            )
+    if getattr(task, "needs_sides", False) and _has_no_sides(design):
+        return (
+            f"Each muscle of {design.name!r} is the same left and right, so that nothing turns it. Choose another "
+            f"task than {task_ref.name!r}, or a body with muscles left and right, as 'orca[paired=true]'."
+        )
     routes = getattr(task, "routes", ())
     if not routes:
         return ""
@@ -117,6 +112,16 @@ def _fault(env_ref: Ref, task_ref: Ref, design: Ref, fidelity: Ref, frames: int)
                 "path, fewer frames, or a larger bed where the environment has a length and a width."
             )
     return ""
+
+
+@cache
+def _has_no_sides(design: Ref) -> bool:
+    """Whether nothing turns a body, at `draft` whatever the cell's fidelity; denied of one that is too small for it."""
+    try:
+        _, body = sampled(design, registry.create(Kind.FIDELITY, Ref("draft")))
+    except (SceneError, UsageError):
+        return False
+    return _is_mirrored(body)
 
 
 def _is_mirrored(body: Body) -> bool:

@@ -9,11 +9,11 @@ from zoobench.cell.problem import Problem
 from zoobench.errors import UsageError
 from zoobench.methods.base import First
 from zoobench.registry import Kind
-from zoobench.spec import Budget, Ref, RunSpec
+from zoobench.spec import FRAME_SECONDS, Budget, Ref, RunSpec
 
-_AMPLE = 200
-"""Substeps of a control frame with which a budget is not examined, for which the body has to be sampled: at `fine` most
-scenes declare 30 to 120."""
+_FAST = 90.0
+"""Speed of waves [m/s] for whose substeps a budget suffices without being examined, for which the body would have to be
+sampled: most scenes declare substeps for 13 to 55 m/s."""
 
 _ANY = Ref("random")
 """In place of the method, which the cost of an episode does not depend on."""
@@ -31,7 +31,9 @@ def budget_fault(spec: RunSpec) -> str:
     if budget.kind not in ("episodes", "substeps") or not hasattr(method, "first"):
         return ""
     first: First = method.first(spec.frames)
-    most = _AMPLE * (first.frames + _MOST_PASSES * first.gradient_frames)
+    level = registry.create(Kind.FIDELITY, spec.fidelity)
+    ample = FRAME_SECONDS * _FAST / (level.courant * level.grid_spacing)
+    most = ample * (first.frames + _MOST_PASSES * first.gradient_frames)
     if budget.amount >= (first.episodes if budget.kind == "episodes" else most):
         return ""
     try:
