@@ -22,7 +22,7 @@ def db(tmp_path: Path) -> Path:
 def test_runs_are_done_once_and_their_results_are_a_frame(db: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """One row a run, in the order of the database; progress is told of each, and a second call does nothing."""
     told: list[tuple[int, str]] = []
-    asked = {"env": "ground[friction=0.2|0.5]", "seeds": 1, "budget": "2 episodes", "db": db, **SETTINGS}
+    asked = {"env": "ground[friction=0.2|0.5]", "seeds": 1, "budget": "2 episodes", "jobs": 1, "db": db, **SETTINGS}
     found = zoobench.run(**asked, progress=lambda row: told.append((row.id, str(row.state))))  # type: ignore[arg-type]
     assert list(found["env.friction"]) == [0.2, 0.5]
     assert list(found["env.gravity"]) == [9.81, 9.81]  # a default

@@ -52,7 +52,7 @@ def _run(script: str) -> str:
 @pytest.mark.parametrize(
     "checked",
     [
-        pytest.param("", id="documented"),
+        pytest.param("", id="documented", marks=pytest.mark.slow),
         pytest.param(
             "check_cell(small_cell(task='spin-box', fidelity=DOUBLE), lambda rewards: float(rewards[-1]))",
             id="checked",

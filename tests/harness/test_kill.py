@@ -85,6 +85,7 @@ def _survives(tmp_path: Path, seed: int, kills: int, iterations: int) -> None:
     assert sum(map(len, outcomes)) > _RUNS, "no kill hit an attempt"
 
 
+@pytest.mark.slow
 def test_a_few_kills_lose_nothing(tmp_path: Path) -> None:
     """Every run is done once, with the numbers of an undisturbed one.
 

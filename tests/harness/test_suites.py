@@ -2,6 +2,7 @@
 
 import math
 from collections import Counter
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -37,10 +38,16 @@ def suite_of(content: str) -> Suite:
     return read(content, "mine.yaml", source="mine.yaml")
 
 
+@cache
+def loaded(name: str) -> Suite:
+    """A shipped suite; to read one takes up to seconds."""
+    return suites.load(name)
+
+
 @pytest.mark.parametrize("name", suites.names())
 def test_every_suite_can_be_carried_out(name: str) -> None:
     """Each run once, none that its method cannot do, and a summary to choose by."""
-    suite = suites.load(name)
+    suite = loaded(name)
     assert not [cell for cell in suite.cells if isinstance(cell, Skip)]
     assert len({spec.key() for spec in suite.specs}) == len(suite.specs) > 0
     assert suite.name == suite.source == name
@@ -50,14 +57,14 @@ def test_every_suite_can_be_carried_out(name: str) -> None:
 @pytest.mark.parametrize("name", suites.names())
 def test_only_the_suite_of_that_name_is_for_smoke(name: str) -> None:
     """The others give results that may be shown."""
-    assert {spec.fidelity.name == "smoke" for spec in suites.load(name).specs} == {name == "smoke"}
+    assert {spec.fidelity.name == "smoke" for spec in loaded(name).specs} == {name == "smoke"}
 
 
 @pytest.mark.parametrize("name", ["gaits", "shallows", "design", "codesign", "control", "manipulation"])
 def test_methods_compete_at_equal_substeps(name: str) -> None:
     """All runs of a row have the same budget, counted in substeps, and the same three seeds."""
     rows: dict[tuple[object, ...], set[object]] = {}
-    for spec in suites.load(name).specs:
+    for spec in loaded(name).specs:
         rows.setdefault((spec.env, spec.task, spec.design, spec.controller), set()).add(spec.budget)
         assert spec.budget.kind == "substeps"
         assert spec.seed in range(3)
@@ -66,7 +73,7 @@ def test_methods_compete_at_equal_substeps(name: str) -> None:
 
 def test_skills_are_shown_and_not_compared() -> None:
     """One run of the gradient for each task."""
-    specs = suites.load("skills").specs
+    specs = loaded("skills").specs
     assert {(spec.method.name, spec.seed, spec.budget.kind) for spec in specs} == {("diffphysics", 0, "substeps")}
     assert len({(spec.env, spec.task) for spec in specs}) == len(specs)
 
@@ -74,12 +81,12 @@ def test_skills_are_shown_and_not_compared() -> None:
 @pytest.mark.parametrize("name", ["gaits", "shallows", "design", "codesign", "control", "paper"])
 def test_the_boards_have_the_published_episode(name: str) -> None:
     """200 frames, 1.6 s, so that a gait has to last."""
-    assert {spec.frames for spec in suites.load(name).specs} == {200}
+    assert {spec.frames for spec in loaded(name).specs} == {200}
 
 
 def test_gaits_has_speeds_first_and_turning_second() -> None:
     """7 places, 3 methods and 3 seeds, of four animals; of one the specification's CMA-ES, too, and paths."""
-    specs = suites.load("gaits").specs
+    specs = loaded("gaits").specs
     tasks = [spec.task.name for spec in specs]
     paths = ["waypoint-following", "velocity-tracking"]
     assert tasks[: 273 + 252] == ["movement-speed"] * 273 + ["turning"] * 252
@@ -92,7 +99,7 @@ def test_gaits_has_speeds_first_and_turning_second() -> None:
 def test_design_and_codesign_have_all_six_spaces_under_gradient_and_floor() -> None:
     """Evolution only where it can be; the gait is a trained swimmer's in one and found in the other."""
     for name, rival, controller in (("design", "neat", "stored"), ("codesign", "evolution", "sine-basis")):
-        specs = suites.load(name).specs
+        specs = loaded(name).specs
         spaces = Counter(spec.method.name for spec in specs if spec.seed == 0)
         assert spaces == {"diffphysics": 6, "random": 6, rival: 2}
         assert {spec.controller.name for spec in specs} == {controller}
@@ -101,7 +108,7 @@ def test_design_and_codesign_have_all_six_spaces_under_gradient_and_floor() -> N
 
 def test_design_has_the_geometry_alone_to_find() -> None:
     """Of bodies with the muscles of a swimmer, which the gait of a trained one drives, found without a database."""
-    specs = suites.load("design").specs
+    specs = loaded("design").specs
     assert {spec.design.kwargs["optimise"] for spec in specs} == {"geometry"}
     robots = {spec.design: Robot.of_run(spec) for spec in specs}
     assert {robot.control_count for robot in robots.values()} == {0}
@@ -115,7 +122,7 @@ def test_design_has_the_geometry_alone_to_find() -> None:
 
 def test_control_has_policies_beside_gaits() -> None:
     """Reinforcement learning only where there is a policy, and the gradient in both."""
-    pairs = Counter((spec.controller.name, spec.method.name) for spec in suites.load("control").specs)
+    pairs = Counter((spec.controller.name, spec.method.name) for spec in loaded("control").specs)
     assert pairs == {
         ("policy-network", "ppo"): 6,
         ("policy-network", "diffphysics"): 6,
@@ -148,10 +155,10 @@ def test_paper_has_the_settings_of_the_appendix() -> None:
 def test_paper_has_policies_for_every_animal_and_evolution_in_every_space() -> None:
     """As the published benchmark has: a row for each, in parts that can be run alone."""
     learners = {(spec.env, spec.task, spec.design) for spec in _paper() if spec.method.name == "ppo"}
-    assert learners == {(spec.env, spec.task, spec.design) for spec in suites.load("paper/animals").specs}
+    assert learners == {(spec.env, spec.task, spec.design) for spec in loaded("paper/animals").specs}
     assert len(learners) == 8 * 4 * 4
     for part in ("design", "codesign"):
-        specs = suites.load(f"paper/{part}").specs
+        specs = loaded(f"paper/{part}").specs
         evolved = {spec.design.name for spec in specs if spec.method.name in ("neat", "evolution", "cmaes")}
         assert evolved == {spec.design.name for spec in specs if spec.method.name == "diffphysics"}
         assert len(evolved) == 6
@@ -161,7 +168,7 @@ def test_the_parts_of_paper_cost_what_their_lines_say() -> None:
     """Core-days by the measured rates, within a tenth: who reads the list knows before anything is queued."""
     estimator = Estimator([], rate)
     lines = suites.summaries("paper")
-    suite = suites.load("paper")
+    suite = loaded("paper")
     keys = {"paper": set().union(*suite.parts.values())} | {f"paper/{name}": own for name, own in suite.parts.items()}
     assert keys.keys() == lines.keys()
     costs = {spec.key(): found.seconds / 86400 for spec in suite.specs if (found := estimator(spec))}
@@ -200,7 +207,7 @@ def test_parts_and_grids_must_agree(old: str, new: str, message: str) -> None:
 
 
 def _paper() -> tuple[RunSpec, ...]:
-    return suites.load("paper").specs
+    return loaded("paper").specs
 
 
 @pytest.mark.slow
@@ -208,7 +215,7 @@ def test_a_run_of_gaits_is_some_thirty_iterations() -> None:
     """By the declared step of every environment and animal; a gradient costs three episodes. Fewer where it is dear."""
     from zoobench.cell.problem import Problem
 
-    cells = {(spec.env, spec.design): spec for spec in suites.load("gaits").specs}
+    cells = {(spec.env, spec.design): spec for spec in loaded("gaits").specs}
     counts = {
         (env.name, design.name): math.floor(spec.budget.amount / Problem(spec).substeps_per_episode / 3)
         for (env, design), spec in cells.items()

@@ -29,7 +29,9 @@ def _run(name: str, context: Context) -> BudgetMeter:
     return problem.meter
 
 
-@pytest.mark.parametrize("name", OWN)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow if name == "quality-diversity" else ()) for name in OWN]
+)
 def test_every_iteration_has_the_best_score_and_all_that_it_took(name: str) -> None:
     """Steps count iterations, the best score never falls, and the last point agrees with the meter."""
     context = Context(1)

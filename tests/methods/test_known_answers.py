@@ -40,7 +40,14 @@ def puzzle(name: str) -> Quadratic:
     return Sculpture(Budget("episodes", 300)) if "sites" in TAGS[name] else Quadratic(Budget("episodes", 1000))
 
 
-@pytest.mark.parametrize("name", [name for name in SEEKING if name not in CONVERGING])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.slow if name in ("evolution", "neat") else ())
+        for name in SEEKING
+        if name not in CONVERGING
+    ],
+)
 def test_a_method_finds_the_optimum(name: str) -> None:
     """Within 0.05 of the best possible score."""
     assert 0.95 < solve(name, puzzle(name)).evaluation.score <= 1.0

@@ -34,7 +34,7 @@ BLOCK = Scene(scenes.passive_block((0.3, 0.3, 0.3), (2, 2, 2), np.zeros(3)), (0,
     [
         pytest.param(BLOCK, id="block"),
         *(
-            pytest.param(make(), id=name, marks=pytest.mark.slow if name in DEAR else ())
+            pytest.param(make(), id=name, marks=pytest.mark.slow if name in (*DEAR, "mire") else ())
             for name, make in scenes.SCENES.items()
         ),
     ],
