@@ -49,14 +49,14 @@ def _run(script: str) -> str:
     return done.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "checked",
     [
-        pytest.param("", id="documented", marks=pytest.mark.slow),
+        pytest.param("", id="documented"),
         pytest.param(
             "check_cell(small_cell(task='spin-box', fidelity=DOUBLE), lambda rewards: float(rewards[-1]))",
             id="checked",
-            marks=pytest.mark.slow,
         ),
     ],
 )

@@ -77,9 +77,7 @@ def test_the_adjoint_goes_through_what_is_seen_of_the_target(monkeypatch: pytest
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "env", [pytest.param("ground", id="land"), pytest.param(SEA, id="water", marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize("env", [pytest.param("ground", id="land"), pytest.param(SEA, id="water")])
 def test_the_adjoint_of_the_muscles_power_goes_through_the_loop(env: str) -> None:
     """In double precision it is that of differences: the power in a frame is a function of what was seen before it."""
     spec = cell(

@@ -41,7 +41,6 @@ def test_the_strongest_muscle_lengthens_a_free_fibre_by_less_than_its_length() -
     assert fsolve(unbalanced, [1.5, 0.9])[0] == pytest.approx(1.77, abs=0.01)
 
 
-@pytest.mark.slow
 def test_no_matter_has_more_muscle_than_it_bears() -> None:
     """Where matter is soft the tension at full activity is `MOST_ACTIVE` of its shear modulus, elsewhere whole."""
     body, material = _block(), SWIMMER.robot

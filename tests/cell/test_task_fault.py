@@ -157,7 +157,6 @@ def test_no_cell_of_the_published_suites_is_refused(name: str) -> None:
     assert not [spec for spec in followed if isinstance(spec, RunSpec) and task_fault(spec)]
 
 
-@pytest.mark.slow
 def test_what_is_the_same_left_and_right_is_not_asked_to_turn() -> None:
     """The message names a body that can; one with sides, another task and a design space are not refused."""
     fault = task_fault(cell(environment="ocean", task="turning", design="orca"))

@@ -144,7 +144,6 @@ def test_a_failed_run_gives_exit_code_1_and_is_repeated_only_on_demand(
     assert states(tmp_path / "zoobench.db") == [RunState.DONE]
 
 
-@pytest.mark.slow
 def test_rerun_does_a_finished_run_again(zoobench: Command, tmp_path: Path, pretend: Callable[..., None]) -> None:
     """The earlier attempt stays on record, and the numbers are the same.
 

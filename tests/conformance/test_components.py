@@ -38,10 +38,10 @@ CONTROLLERS = [name for name in CONTROLLERS if not registry.get(Kind.CONTROLLER,
 METHODS = [name for name in METHODS if not registry.get(Kind.METHOD, name).required]
 
 
-SHOWN_ELSEWHERE = ("desert", "clay", "snow", "wetland", "shallow-water")
+SHOWN_ELSEWHERE = ("clay", "snow", "wetland", "shallow-water")
 """Media whose kernels take ten seconds to compile. They are simulated in `tests/envs`; their adjoints are checked in
-`tests/sim/kernels/test_media_adjoint.py` and `test_drift.py`, and those of a bed of which a part sleeps in
-`tests/sim/test_sleep.py`."""
+`tests/sim/kernels/test_media_adjoint.py` and `test_drift.py`, and those of a robot in a bed, of which a part sleeps, in
+the desert here."""
 
 
 ALIKE = (
@@ -109,7 +109,7 @@ BALL = "ground[object=ball,object_gap=0,object_ground_friction=0.02]"
 CELLS.append(pytest.param(BALL, "topple", "caterpillar", id="ball-topple-caterpillar"))
 # the robot begins at an obstacle: the walls of a shaft it hardly touches in a few frames
 HURDLE = "ground[obstacle=hurdle,obstacle_distance=0]"
-CELLS.append(pytest.param(HURDLE, "climb", "caterpillar", id="hurdle-climb-caterpillar", marks=pytest.mark.slow))
+CELLS.append(pytest.param(HURDLE, "climb", "caterpillar", id="hurdle-climb-caterpillar"))
 # the plank of a cell at smoke begins below the robot, and hangs freely a cell ahead of it
 BRIDGE = "ground[obstacle=bridge,obstacle_distance=0,obstacle_length=0.125]"
 THROWN = "ground[object=box,object_gap=0.005,object_speed=0.6]"

@@ -44,7 +44,6 @@ def test_fibres_are_ahead() -> None:
     assert (mixture(SPACE, np.full(COUNT, 0.25), 32).fibres[0] == torch.tensor([1.0, 0.0, 0.0])).all()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("cells", "least"), [(64, 0.88), pytest.param(128, 0.95, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("end", [0, *(pytest.param(end, marks=pytest.mark.slow) for end in range(1, COUNT))])
 def test_an_end_of_the_simplex_is_a_primitive(end: int, cells: int, least: float) -> None:

@@ -18,9 +18,6 @@ NOTEBOOKS = sorted((DOCS / "notebooks").glob("*.py"))
 WHOLE = "<!-- every block runs, in this order -->"
 """Mark of a page whose commands run, too; those of other pages take hours."""
 
-QUICK = ("stl",)
-"""The tutorial that takes least; the others do whole runs, or compile kernels that no other test needs."""
-
 
 def blocks_of(page: Path) -> list[tuple[str, str]]:
     """Language and text of the blocks of a page that run: its Python, and its commands where it says so."""
@@ -32,11 +29,7 @@ def blocks_of(page: Path) -> list[tuple[str, str]]:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "page",
-    [
-        pytest.param(page, marks=() if page.stem in QUICK else pytest.mark.slow, id=page.stem)
-        for page in TUTORIALS
-        if WHOLE not in page.read_text(encoding="utf-8")
-    ],
+    [pytest.param(page, id=page.stem) for page in TUTORIALS if WHOLE not in page.read_text(encoding="utf-8")],
 )
 def test_a_tutorial_runs(page: Path, tmp_path: Path) -> None:
     """In an empty folder, without an error."""

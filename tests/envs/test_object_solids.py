@@ -40,7 +40,7 @@ def _scene(**given: Any) -> Scene:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", [pytest.param("stl", marks=pytest.mark.slow), "glb"])
+@pytest.mark.parametrize("kind", ["stl", "glb"])
 def test_an_object_of_a_mesh_stands_as_in_its_file(kind: str, tmp_path: Path) -> None:
     """With its longest side and mass as asked for, upright as the format has it, and with the mesh's volume."""
     mesh, path = _cone(), tmp_path / f"a.{kind}"

@@ -96,9 +96,7 @@ def test_stable_baselines_trains_and_gymnasium_films(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "cameras", [("film", "top"), pytest.param(("film", "follow", "side", "top"), marks=pytest.mark.slow)], ids=len
-)
+@pytest.mark.parametrize("cameras", [("film", "top"), ("film", "follow", "side", "top")], ids=len)
 def test_a_picture_has_the_size_and_camera_that_were_asked_for(cameras: tuple[str, ...]) -> None:
     """Through `gymnasium.make`, alone and many; every camera shows another picture, and that of films is the usual."""
     pictures = {}

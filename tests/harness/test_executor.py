@@ -115,9 +115,7 @@ _OTHERS = (
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "oddities", [_ONE_OF_EACH_KIND, pytest.param(_OTHERS, marks=pytest.mark.slow)], ids=["one-of-each-kind", "others"]
-)
+@pytest.mark.parametrize("oddities", [_ONE_OF_EACH_KIND, _OTHERS], ids=["one-of-each-kind", "others"])
 def test_a_process_in_which_a_run_has_left_something_does_no_other(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, oddities: tuple[str, ...]
 ) -> None:
@@ -204,7 +202,7 @@ with Store(path) as store:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", [signal.SIGKILL, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
 def test_an_idle_process_ends_with_its_worker(tmp_path: Path, number: signal.Signals) -> None:
     """However that ends."""
     with subprocess.Popen([sys.executable, "-c", _IDLE, tmp_path / "zoo.db"], stdout=subprocess.PIPE) as worker:

@@ -100,7 +100,6 @@ def test_a_method_that_closes_its_standard_input_goes_on(tmp_path: Path) -> None
 _LINUX = pytest.mark.skipif(sys.platform != "linux", reason="Linux's")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "oddity",
     [

@@ -62,14 +62,9 @@ def test_runs_are_done_and_recorded(path: Path) -> None:
             "vanish",
             RunState.FAILED,
             "exit code 7 and said nothing. Its last line: last words",
-            marks=pytest.mark.slow,
+            marks=pytest.mark.slow,  # its four attempts are those of the next
         ),
-        pytest.param(
-            "segfault",
-            RunState.FAILED,
-            "killed by signal 11 (SIGSEGV)",
-            marks=pytest.mark.slow,  # as `vanish` it is tried four times
-        ),
+        ("segfault", RunState.FAILED, "killed by signal 11 (SIGSEGV)"),
     ],
 )
 def test_each_way_to_fail_has_its_state_and_reason(path: Path, mode: str, state: RunState, reason: str) -> None:

@@ -60,7 +60,7 @@ def own_tests(packages: Path, site: Path, *words: str) -> subprocess.CompletedPr
     ("words", "passed"),
     [
         pytest.param(("-k", "documented or whole or map"), 7, id="cheap"),
-        pytest.param((), 14, marks=pytest.mark.slow, id="all"),
+        pytest.param((), 14, id="all"),
     ],
 )
 def test_a_package_of_every_kind_passes_its_own_tests(

@@ -18,7 +18,6 @@ FIGURE.level("bound", X, 2.0)
 FIGURE.band("measured", X, 1.0, 3.0)
 
 
-@pytest.mark.slow
 def test_a_figure_becomes_a_picture(tmp_path: Path) -> None:
     """A PNG file in a folder that is made, with more than a blank page in it."""
     from matplotlib.image import imread

@@ -18,6 +18,7 @@ from zoobench.tasks.mix import Mix
 from zoobench.tasks.task_place import TaskPlace
 
 _ROUNDING = 1e-9  # [m]
+_COARSE = Ref("draft")
 
 
 def task_fault(spec: RunSpec) -> str:
@@ -81,7 +82,7 @@ def _fault(env_ref: Ref, task_ref: Ref, design: Ref, fidelity: Ref, frames: int)
     env: Environment = registry.create(Kind.ENV, env_ref)
     task = registry.create(Kind.TASK, task_ref)
     grid: Fidelity = registry.create(Kind.FIDELITY, fidelity)
-    if getattr(task, "needs_sides", False) and _has_no_sides(design):
+    if getattr(task, "needs_sides", False) and _has_no_sides(design, fidelity):
         return (
             f"Each muscle of {design.name!r} is the same left and right, so that nothing turns it. Choose another "
             f"task than {task_ref.name!r}, or a body with muscles left and right, as 'orca[paired=true]'."
@@ -114,14 +115,19 @@ def _fault(env_ref: Ref, task_ref: Ref, design: Ref, fidelity: Ref, frames: int)
     return ""
 
 
+def _has_no_sides(design: Ref, fidelity: Ref) -> bool:
+    """Whether nothing turns a body: nearly every one has sides at `draft` already, and need not be sampled again."""
+    return _has_sides(design, _COARSE) is not True and _has_sides(design, fidelity) is False
+
+
 @cache
-def _has_no_sides(design: Ref) -> bool:
-    """Whether nothing turns a body, at `draft` whatever the cell's fidelity; denied of one that is too small for it."""
+def _has_sides(design: Ref, fidelity: Ref) -> bool | None:
+    """Whether some muscle differs left and right; None of a body that cannot be sampled at this fidelity."""
     try:
-        _, body = sampled(design, registry.create(Kind.FIDELITY, Ref("draft")))
+        _, body = sampled(design, registry.create(Kind.FIDELITY, fidelity))
     except (SceneError, UsageError):
-        return False
-    return _is_mirrored(body)
+        return None
+    return not _is_mirrored(body)
 
 
 def _is_mirrored(body: Body) -> bool:

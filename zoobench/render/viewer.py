@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 HOST, PORT = "127.0.0.1", 8080
 
 _PORTS = 100  # that are tried from `PORT` on
+_HOSTS = "--host 127.0.0.1 is this machine, 0.0.0.0 all of its addresses."
 _EVERY = ("0.0.0.0", "::")  # hosts that stand for every address of this machine
 _LIBRARIES = ("viser", "skimage.measure")
 _ELEVATION, _AZIMUTH = 24.0, 60.0  # of the camera, see `camera_at` [degrees]
@@ -159,21 +160,21 @@ def _port(host: str, port: int | None) -> int:
     Asked here, since viser takes another port in silence, and waits for ever where the host is none of this machine.
     """
     tried, fault = range(PORT, PORT + _PORTS) if port is None else [port], ""
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
     try:
-        socket.getaddrinfo(host, None)
+        socket.getaddrinfo(host or None, 0, family)
     except (socket.gaierror, UnicodeError) as error:  # the latter of names such as `a..b`
-        tried, fault = tried[:1], getattr(error, "strerror", None) or "no name of a machine"
-    else:
-        for number in tried:
-            family = socket.AF_INET6 if ":" in host else socket.AF_INET
-            try:
-                with socket.create_server((host, number), family=family) as free:
-                    return int(free.getsockname()[1])
-            except OSError as error:
-                fault = os.strerror(error.errno or 0)
+        fault = getattr(error, "strerror", None) or "not a host name"
+        raise UsageError(f"No page can be served at {host!r}: {fault}. Give another --host; {_HOSTS}") from None
+    for number in tried:
+        try:
+            with socket.create_server((host, number), family=family) as free:
+                return int(free.getsockname()[1])
+        except OSError as error:
+            fault = os.strerror(error.errno or 0)
     raise UsageError(
-        f"No page can be served at {host}, port {tried[-1]}: {fault}. "
-        "Give another --port, or 0 for any free one; --host 127.0.0.1 is this machine, 0.0.0.0 all of its addresses."
+        f"No page can be served at {host!r}, port {tried[-1]}: {fault}. "
+        f"Give another --port, or 0 for any free one; {_HOSTS}"
     )
 
 

@@ -57,9 +57,7 @@ def test_a_body_of_several_tissues_can_be_stiffened() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "env", [pytest.param("ground", id="land"), pytest.param(POND, id="water", marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize("env", [pytest.param("ground", id="land"), pytest.param(POND, id="water")])
 def test_the_gradient_reaches_the_parameters_of_a_design_space(env: str) -> None:
     """Through shape, mass, displaced water and the weights of the score, as central differences have it."""
     body = GradientCase(Ref.parse(env), Ref("turning"), Ref("voxel"))

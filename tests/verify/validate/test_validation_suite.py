@@ -44,10 +44,9 @@ SHOWN_ELSEWHERE = {
     "spinning-disc": "tests/sim/kernels/test_transfer.py, momentum is kept in flight",
     "spinning-disc-apic": "tests/sim/test_solver.py, momenta are kept",
     "rest-frame-muscle": "tests/sim/test_rest_frame.py, the equilibrium stretch",
-    "rest-frame-rolling": "tests/sim/test_rest_frame.py, friction of what slides; what rolls is a known shortfall",
+    "rest-frame-rolling": "rest-frame-incline, friction of what slides; what rolls is a known shortfall",
     "hydrostatic-column": "tests/sim/kernels/test_water.py",
     "rest-frame-bilayer": "tests/sim/test_rest_frame.py, the equilibrium stretch",
-    "rest-frame-incline": "the same, friction of what slides",
     "free-fall": "tests/sim/test_solver.py, free fall in both precisions",
 }
 """Cases of seconds whose physics a fast test shows in little, and which."""
