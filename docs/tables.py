@@ -37,6 +37,7 @@ _PLACES = {
     "ocean": "ocean", "ocean[water=grid]": "ocean, water on a grid",
 }  # fmt: skip
 _LEVELS = ("draft", "standard", "paper")
+_ANIMALS = ("caterpillar", "baby-seal", "panda", "fish")
 _TASKS = {"movement-speed": "moving", "turning": "turning"}
 _MARKED = re.compile(r"(<!-- tables.py: ([a-z-]+) -->\n\n).*?(\n<!-- end -->)", re.DOTALL)
 
@@ -68,6 +69,18 @@ def paths() -> str:
         if place in tasks[1]
     ]
     return _table(("place", "velocity", "waypoints"), body)
+
+
+def turns() -> str:
+    """By soil and level: what turns of each animal differ by from the finest grid's, and what order of two is known."""
+    body = [
+        (place, row.fidelity, *(_percent(row.bodies[name]) for name in _ANIMALS), _margins([row.two_bodies]))
+        for place, levels in _levels_of("turning").items()
+        if place in ("clay", "mud")
+        for row in levels
+    ]
+    animals = (f"{name.replace('-', ' ')} [%]" for name in _ANIMALS)
+    return _table(("soil", "level", *animals, "two animals: order known above [%]"), body)
 
 
 def _levels_of(task: str) -> dict[str, list[LevelRow]]:
@@ -320,8 +333,9 @@ def _rows(name: str) -> list[dict[str, str]]:
 
 
 TABLES: dict[str, Callable[[], str]] = {
-    "accuracy": accuracy, "paths": paths, "softness": softness, "foot": foot, "rest-frame": rest_frame, "judge": judge,
-    "speeds": speeds, "bodies": bodies, "policies": policies, "manipulation": manipulation,
+    "accuracy": accuracy, "paths": paths, "turns": turns, "softness": softness, "foot": foot,
+    "rest-frame": rest_frame, "judge": judge, "speeds": speeds, "bodies": bodies, "policies": policies,
+    "manipulation": manipulation,
     "speed": speed, "objects-before": objects_before, "objects-new": objects_new,
 }  # fmt: skip
 
