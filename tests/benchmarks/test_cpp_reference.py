@@ -42,7 +42,6 @@ def simulated(cube: Cube) -> np.ndarray:
     return rollout.positions[-1, 0]
 
 
-@pytest.mark.slow
 def test_the_reference_simulates_what_the_solver_does(program: Path) -> None:
     """A cube that is squeezed against a wall: every particle is at the same place to single precision's rounding."""
     cube = CUBE

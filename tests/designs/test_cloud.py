@@ -247,10 +247,7 @@ def mass(made: CloudDesign) -> float:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "steps",
-    [*(pytest.param(each, marks=pytest.mark.slow) for each in ((10.0, 5.0, 5.0), (5.0, 5.0, 10.0))), (4.0, 5.0, 6.0)],
-)
+@pytest.mark.parametrize("steps", [(10.0, 5.0, 5.0), (5.0, 5.0, 10.0), (4.0, 5.0, 6.0)])
 def test_a_lattice_has_an_edge_along_each_axis(steps: tuple[float, float, float], tmp_path: Path) -> None:
     """Each of 11 x 11 x 11 points stands for a box with the steps as edges."""
     made = loaded(tmp_path / "a.npz", block(steps, (11, 11, 11)))

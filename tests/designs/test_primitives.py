@@ -25,13 +25,7 @@ def primitives(names: str = DEFAULT_PRIMITIVES, length: float = SWIMMER_LENGTH) 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "names",
-    [
-        DEFAULT_PRIMITIVES,
-        *(pytest.param(names, marks=pytest.mark.slow) for names in ("orca+panda", "baby-seal+fish+shark")),
-    ],
-)
+@pytest.mark.parametrize("names", [DEFAULT_PRIMITIVES, "orca+panda", "baby-seal+fish+shark"])
 def test_the_workspace_holds_every_primitive_with_room_to_spare(names: str) -> None:
     """It has particles beyond every primitive in every direction."""
     made = primitives(names)

@@ -94,7 +94,7 @@ def test_what_can_be_kept_comes_through() -> None:
     [
         # all are refused as above, before they reach a database: here an integer and the last message of a run
         pytest.param({"large-step": f"step is {2**70}", "nan-params": "params.0 is nan"}, id="whole-and-last"),
-        pytest.param({"nan-progress": "fraction is nan"}, id="progress", marks=pytest.mark.slow),
+        pytest.param({"nan-progress": "fraction is nan"}, id="progress"),
     ],
 )
 def test_a_message_that_cannot_be_kept_fails_its_run_alone(refused: dict[str, str], tmp_path: Path) -> None:

@@ -31,7 +31,6 @@ def fish() -> tuple[ElasticBody, SurfaceWater, RestCells, SurfacePanels]:
     return placed, water, cells, SurfacePanels.of(placed, water, cells, GRID.grid_spacing)
 
 
-@pytest.mark.slow
 def test_panels_have_the_area_and_the_added_mass_of_the_triangles(
     fish: tuple[ElasticBody, SurfaceWater, RestCells, SurfacePanels],
 ) -> None:

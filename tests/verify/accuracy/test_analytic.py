@@ -49,7 +49,6 @@ def test_manufactured_solution_converges_with_the_interiors_order() -> None:
     assert found[2].order >= 1.8
 
 
-@pytest.mark.slow
 def test_a_wall_makes_the_order_one(rows: list[AnalyticRow]) -> None:
     """The column stands on a wall at a grid node."""
     orders = [row.order for row in _of(rows, "gravity-column")]

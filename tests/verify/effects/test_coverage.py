@@ -140,7 +140,6 @@ def measured(request: pytest.FixtureRequest) -> tuple[str, dict[str, EffectCost]
     return request.param, {cost.effect: cost for cost in costs(_studied(request.param), repeats=3)}
 
 
-@pytest.mark.slow
 def test_every_effect_is_measured(measured: tuple[str, dict[str, EffectCost]]) -> None:
     """The substeps counted are those of the launches timed, and a gradient has launches both ways."""
     env, found = measured
