@@ -79,7 +79,7 @@ def _outcome(size: str, design: str) -> tuple[object, int, int]:
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("_own_environment")
-@pytest.mark.parametrize(("design", "little"), [("caterpillar", "600KB"), ("voxel", "800KB")])
+@pytest.mark.parametrize(("design", "little"), [("caterpillar", "600KB"), ("voxel", "2.2MB")])
 def test_no_result_depends_on_the_memory(design: str, little: str) -> None:
     """Bit for bit: neither scores, gradients and what is charged, nor how far a budget in substeps goes."""
     (rows, again, width), (others, more, narrow) = (_outcome(size, design) for size in ("1GB", little))
