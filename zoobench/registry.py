@@ -457,7 +457,7 @@ def names_file(expected: Any) -> bool:
 
 def has_plugins() -> bool:
     """Whether any installed package offers components."""
-    return not importlib.metadata.entry_points().groups.isdisjoint(f"zoobench.{kind}" for kind in Kind)
+    return not _entry_points().groups.isdisjoint(f"zoobench.{kind}" for kind in Kind)
 
 
 def distributions() -> dict[str, str]:
