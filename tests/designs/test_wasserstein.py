@@ -31,13 +31,13 @@ def ours(densities: torch.Tensor, weights: list[float], iterations: int, **optio
     return barycenter(densities[..., None], shares, kernels, iterations=iterations, **options)[..., 0].numpy()
 
 
-@pytest.mark.parametrize("weights", [WEIGHTS[0], *(pytest.param(each, marks=pytest.mark.slow) for each in WEIGHTS[1:])])
+@pytest.mark.slow
+@pytest.mark.parametrize("weights", WEIGHTS)
 @pytest.mark.parametrize(("name", "options"), [("", {"debiased": False}), ("_debiased", {"refinements": 10})])
 def test_the_barycenter_of_slices_is_that_of_pot(weights: list[float], name: str, options: dict[str, int]) -> None:
     """The same numbers after as many iterations; debiased, with POT's ten refinements in each."""
+    ot = pytest.importorskip("ot")
     densities = slices()
-    import ot  # it loads scikit-learn, for which no other test has to wait
-
     theirs = getattr(ot.bregman, f"convolutional_barycenter2d{name}")(
         densities.numpy(), REGULARISATION, np.array(weights), numItermax=100, stopThr=0.0, stabThr=1e-300, warn=False
     )

@@ -79,6 +79,7 @@ def test_the_first_of_many_worlds_is_shown(monkeypatch: pytest.MonkeyPatch) -> N
 @pytest.mark.slow
 def test_stable_baselines_trains_and_gymnasium_films(tmp_path: Path) -> None:
     """The guide's example, with less of everything: it trains, and films an episode that it scores."""
+    pytest.importorskip("moviepy")
     (source,) = blocks(GUIDE / "reinforcement-learning.md", "python")
     less = {"20_000": "80", "n_steps=250, batch_size=100": "n_steps=20, batch_size=20", '"draft"': '"smoke", frames=20'}
     for usual, small in less.items():
