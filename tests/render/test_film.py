@@ -54,7 +54,7 @@ def test_a_particle_shows_the_activity_of_its_muscle() -> None:
 @pytest.mark.slow  # test_recording.py shows it of a picture
 def test_a_body_of_a_design_space_has_its_place_to_itself() -> None:
     """Where the workspace is solid no water is shown, and where it is empty there is water."""
-    spec = cell(environment=POND.replace("[", "[water=particles,"), design="particle", frames=1)
+    spec = cell(environment=POND.replace("water=grid", "water=particles"), design="particle", frames=1)
     problem = Problem(spec)
     shown = film(spec, problem.initial(np.random.default_rng(0)).tolist())
     assert 0 < shown.body.particle_count < problem.body.particle_count
