@@ -1,6 +1,6 @@
 """A user's own body: a point cloud from a file, with muscles and fibres."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar, Literal
 
@@ -211,8 +211,7 @@ class CloudDesign:
         """
         self._check_inside()
         self._thickness.check(fidelity, self.path)
-        sample = whole_sample(self.path, self.shape, fidelity)
-        sample = replace(sample, volumes=sample.volumes * (self._volume / sample.volumes.sum()))
+        sample = whole_sample(self.path, self.shape, fidelity).of_volume(self._volume)
         own, _ = self._nearest(sample.points)
         points = self._points
         if self.grouping == "file" and points.shares is not None:

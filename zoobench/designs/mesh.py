@@ -1,6 +1,6 @@
 """A user's own body: a mesh from a file, with muscles and fibres derived from its shape."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
@@ -144,8 +144,7 @@ class MeshDesign:
             SceneError: the body is too thin for the grid, an end of it is lost, or a muscle has no particle.
         """
         self._thickness.check(fidelity, self.path)
-        sample = whole_sample(self.path, self.shape, fidelity)
-        sample = replace(sample, volumes=sample.volumes * (self._volume / sample.volumes.sum()))
+        sample = whole_sample(self.path, self.shape, fidelity).of_volume(self._volume)
         shares = self.groups.membership(sample.points)
         membership = sample.mean(shares)
         check_used(membership, self.groups.names, fidelity, self.path)
