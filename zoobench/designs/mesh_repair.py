@@ -34,7 +34,8 @@ def repaired(mesh: Any, name: str) -> tuple[Mesh, tuple[str, ...], bool]:
             "near the origin."
         )
     for closed, words in _attempts(mesh):
-        found, cavities, crumbs = _outwards(closed)
+        found, cavities = turned_outwards(closed)
+        found, crumbs = without_crumbs(found)
         if _is_solid(found):
             return found, (*words, *_said(found, cavities, crumbs)), not words
     solid, word = filled(np.array(mesh.vertices, np.float64), np.array(mesh.faces, np.int64), name)
@@ -47,8 +48,7 @@ def _attempts(mesh: Any) -> Iterator[tuple[Mesh, tuple[str, ...]]]:
     if is_closed(faces):
         yield Mesh(np.array(mesh.vertices, np.float64), faces), ()
     mesh.update_faces(mesh.unique_faces())
-    wound = _wound(mesh)
-    holed = Mesh(np.array(mesh.vertices, np.float64), wound)
+    holed = Mesh(np.array(mesh.vertices, np.float64), _wound(mesh))
     if (closed := _closed(holed)) is not None:
         yield closed
 
@@ -102,13 +102,6 @@ def _closed(mesh: Mesh) -> tuple[Mesh, tuple[str, ...]] | None:
 def _area(vertices: Any, faces: Indices) -> float:
     a, b, c = (vertices[faces[:, n]] for n in range(3))
     return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2.0)
-
-
-def _outwards(mesh: Mesh) -> tuple[Mesh, int, str]:
-    """The surface with its shells turned and without crumbs, the number of cavities, and a word about the crumbs."""
-    found, cavities = turned_outwards(mesh, shells_of(mesh.faces))
-    found, crumbs = without_crumbs(found, shells_of(found.faces))
-    return found, cavities, crumbs
 
 
 def _is_solid(mesh: Mesh) -> bool:

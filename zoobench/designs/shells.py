@@ -55,16 +55,13 @@ def _joined(count: int, items: Indices, groups: Indices) -> Indices:
     return np.unique(labels, return_inverse=True)[1]
 
 
-def turned_outwards(mesh: Mesh, shells: Indices) -> tuple[Mesh, int]:
-    """The surface with every shell turned, and the number of cavities.
+def turned_outwards(mesh: Mesh) -> tuple[Mesh, int]:
+    """The closed surface with every shell turned, and the number of cavities.
 
     Outermost shells are turned outwards. Those within one keep their direction relative to it: inwards is a cavity,
     outwards a solid in a solid.
-
-    Args:
-        mesh: a closed surface.
-        shells: of its faces `[face_count]`.
     """
+    shells = shells_of(mesh.faces)
     volumes = np.bincount(shells, mesh.tetrahedra())
     if (volumes >= 0.0).all():
         return mesh, 0
@@ -104,11 +101,12 @@ def _holds(mesh: Mesh, shells: Indices, outer: int, inner: int, lower: Array, up
     return bool(within.mean() > 0.5)
 
 
-def without_crumbs(mesh: Mesh, shells: Indices) -> tuple[Mesh, str]:
+def without_crumbs(mesh: Mesh) -> tuple[Mesh, str]:
     """The surface without shells that touch no other and are hardly any of its volume, and a word about them.
 
     Shells touch if their boxes do.
     """
+    shells = shells_of(mesh.faces)
     volumes = np.abs(np.bincount(shells, mesh.tetrahedra()))
     lower, upper = boxes(mesh, shells)
     groups = _touching(lower, upper)
