@@ -37,18 +37,17 @@ def directions(ahead: Direction, up: Direction, size: Array, symmetry: Callable[
         symmetry: the share of the body that is its own mirror image along an axis of the file, in [0, 1].
     """
     axes = "xyz"
-    letters = {"ahead": ahead[-1] if ahead != "auto" else "", "up": up[-1] if up != "auto" else ""}
+    asked_ahead, asked_up = (axes if name == "auto" else name[-1] for name in (ahead, up))
     mirrored = [symmetry(axis) if up == "auto" else 0.0 for axis in range(3)]
     found: list[tuple[tuple[float, float, int], str, str]] = []
     for first, second, third in permutations(range(3)):
-        if (letters["ahead"] or axes[first], letters["up"] or axes[second]) != (axes[first], axes[second]):
-            continue
-        rank = (
-            _steps(max(mirrored) - mirrored[third]),
-            _steps((size.max() - size[first]) / size.max()),
-            -2 * second - (first == 0),
-        )
-        found.append((rank, axes[first], axes[second]))
+        if axes[first] in asked_ahead and axes[second] in asked_up:
+            rank = (
+                _steps(max(mirrored) - mirrored[third]),
+                _steps((size.max() - size[first]) / size.max()),
+                -2 * second - (first == 0),
+            )
+            found.append((rank, axes[first], axes[second]))
     _, chosen_ahead, chosen_up = min(found)
     return (chosen_ahead if ahead == "auto" else ahead), (chosen_up if up == "auto" else up)
 
@@ -83,20 +82,17 @@ def pose_note(ahead: str, up: str, chosen: tuple[str, str], why: str) -> tuple[s
 
 def turned(points: Array, ahead: str, up: str) -> Array:
     """Points `[n, 3]` of a file with x ahead, y up and z to the right."""
-    forward, upward = _axis(ahead), _axis(up)
-    found: Array = points @ np.stack([forward, upward, np.cross(forward, upward)], axis=1)
-    return found
+    return points @ _frame(ahead, up).T
 
 
 def turned_back(points: Array, ahead: str, up: str) -> Array:
     """Points `[n, 3]` in the directions of the file, of those with x ahead, y up and z to the right."""
-    forward, upward = _axis(ahead), _axis(up)
-    found: Array = points @ np.stack([forward, upward, np.cross(forward, upward)])
-    return found
+    return points @ _frame(ahead, up)
 
 
-def _axis(name: str) -> Array:
-    """The unit vector `[3]` of a direction."""
-    axis = np.zeros(3)
-    axis["xyz".index(name[-1])] = -1.0 if name.startswith("-") else 1.0
-    return axis
+def _frame(ahead: str, up: str) -> Array:
+    """The unit vectors ahead, up and to the right, a row each `[3, 3]`."""
+    axes = np.zeros((2, 3))
+    for axis, name in zip(axes, (ahead, up), strict=True):
+        axis["xyz".index(name[-1])] = -1.0 if name.startswith("-") else 1.0
+    return np.vstack([axes, np.cross(*axes)])
