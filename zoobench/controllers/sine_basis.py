@@ -75,26 +75,8 @@ class SineBasis:
         weights = parameters[:, :split].reshape(-1, muscle_count, self.wave_count)
         return torch.tanh(torch.einsum("fb,wkb->fwk", waves, weights) + parameters[:, split:])
 
-
-class WavesNow:
-    """`SineBasis.weighted` for one frame of one world at a time: the same bits, in memory that is kept.
-
-    Between the frames of a simulation a call of torch costs several times what it does in a loop of its own.
-    """
-
-    def __init__(self, basis: SineBasis, muscle_count: int) -> None:
-        import torch
-
-        split = muscle_count * basis.wave_count
-        parameters = torch.zeros(basis.parameter_count(muscle_count), dtype=torch.float64)
-        self._weights, self._biases = parameters[:split].view(1, muscle_count, basis.wave_count).mT, parameters[split:]
-        self._activity = torch.zeros((1, 1, muscle_count), dtype=torch.float64)
-        # the same memory, for NumPy
-        self._given: Array = parameters.numpy()
-        self._found: Array = self._activity.numpy()[0, 0]
-
-    def activity(self, parameters: Array, waves: "Tensor") -> Array:
-        """Activity `[muscle_count]`, valid until the next call.
+    def weighted_once(self, parameters: Array, waves: "Tensor") -> Array:
+        """Activity `[muscle_count]` by these waves in one frame of one world: the same bits, in a quarter of the time.
 
         Args:
             parameters: `[parameter_count]`.
@@ -102,7 +84,8 @@ class WavesNow:
         """
         import torch
 
-        self._given[:] = parameters
-        torch.bmm(waves, self._weights, out=self._activity)  # the value of the sum of `weighted`
-        self._activity.add_(self._biases).tanh_()
-        return self._found
+        muscle_count = len(parameters) // (self.wave_count + 1)
+        weights, biases = torch.split(torch.tensor(parameters), [muscle_count * self.wave_count, muscle_count])
+        drive = torch.bmm(waves, weights.view(1, muscle_count, self.wave_count).mT)[0, 0]
+        activity: Array = torch.tanh(drive + biases).numpy()
+        return activity

@@ -2,7 +2,7 @@
 
 import math
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, get_args
 
 import numpy as np
 from gymnasium import spaces
@@ -12,7 +12,7 @@ from zoobench.arrays import Array
 from zoobench.cell.observation import Layout
 from zoobench.cell.vector_parts import Action, action_parts
 from zoobench.controllers.base import PHASE_COUNT, WAVE_RATE
-from zoobench.controllers.sine_basis import SineBasis, WavesNow
+from zoobench.controllers.sine_basis import SineBasis
 from zoobench.errors import UsageError
 
 if TYPE_CHECKING:
@@ -49,8 +49,7 @@ class Channels:
     def __init__(self, muscle_count: int, layout: Layout, action: Action) -> None:
         if action not in get_args(Action):
             raise UsageError(f"Actions {action!r} are not offered. Choose one of {', '.join(get_args(Action))}.")
-        self._muscle_count, self._action = muscle_count, action
-        self._waves = WavesNow(_BASIS, muscle_count)
+        self._action = action
         self.action_space = spaces.Box(-1.0, 1.0, (action_parts(muscle_count, action)[-1].stop,), np.float32)
         high = _bounds(layout)
         self.observation_space = spaces.Box(-high, high, dtype=np.float32)
@@ -60,32 +59,19 @@ class Channels:
         `[worlds]` [s]."""
         seen = np.empty((len(observations), *self.observation_space.shape), np.float32)
         seen[:, :-PHASE_COUNT] = observations
-        seen[:, -PHASE_COUNT:] = [_phase(time) for time in times.tolist()]
-        return _clip(seen, self.observation_space.low, self.observation_space.high)
+        # by `math`, as the controllers' phase: NumPy's sine is rounded by the processor's make
+        angles = [WAVE_RATE * time for time in times.tolist()]
+        seen[:, -PHASE_COUNT:] = [(math.sin(angle), math.cos(angle)) for angle in angles]
+        return np.clip(seen, self.observation_space.low, self.observation_space.high)
 
     def activity(self, actions: Floats, times: Array) -> Array:
         """Muscle activity `[worlds, muscle_count]` for actions `[worlds, count]`, which are clipped to [-1, 1]."""
-        clipped = _clip(np.array(actions, dtype=np.float64), -1.0, 1.0)
+        clipped = np.clip(np.asarray(actions, np.float64), -1.0, 1.0)
         if self._action == "muscles":
             return clipped
-        activity = np.empty((len(clipped), self._muscle_count))
         # one world at a time, as controllers are computed: no rounding may depend on the other worlds
-        for row, parameters, time in zip(activity, clipped, times.tolist(), strict=True):
-            row[:] = self._waves.activity(parameters, _waves(time))
-        return activity
-
-
-def _clip(values: NDArray[Any], low: Any, high: Any) -> NDArray[Any]:
-    """Clip in place; for a few numbers `np.clip` takes several times as long."""
-    np.maximum(values, low, out=values)
-    np.minimum(values, high, out=values)
-    return values
-
-
-@lru_cache(maxsize=1024)  # every world and every episode asks for the same times
-def _phase(time: float) -> tuple[float, float]:
-    # by `math`, as the controllers' phase: NumPy's sine is rounded by the processor's make
-    return math.sin(WAVE_RATE * time), math.cos(WAVE_RATE * time)
+        worlds = zip(clipped, times.tolist(), strict=True)
+        return np.stack([_BASIS.weighted_once(parameters, _waves(time)) for parameters, time in worlds])
 
 
 @lru_cache(maxsize=1024)  # every world and every episode asks for the same times
