@@ -83,7 +83,6 @@ class Worlds:
     def _take(self, count: int, channels: Channels) -> None:
         self.count, self.channels = count, channels
         self._begun = [Beginning()] * count
-        self._wave_starts = np.zeros(count)  # [s]
         self._pictures: dict[int, LivePicture] = {}
         self._viewer: Viewer | None = None
         self._pace = Pace()
@@ -107,7 +106,6 @@ class Worlds:
         for world in chosen:
             if self._beginnings is not None:
                 self._begun[world] = self._beginnings.draw(generators[world])
-                self._wave_starts[world] = self._begun[world].time
             if picture := self._pictures.pop(world, None):
                 picture.close()
         begun = {world: self._begun[world] for world in chosen}
@@ -181,7 +179,7 @@ class Worlds:
 
     def _times(self) -> Array:
         """Times of the waves `[worlds]` [s]."""
-        return self.session.times + self._wave_starts
+        return self.session.times + [begun.time for begun in self._begun]
 
     def _inputs(self, observations: Array) -> Floats:
         return self.channels.inputs(observations, self._times())
