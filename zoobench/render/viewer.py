@@ -1,9 +1,8 @@
 """A page in the browser that shows a robot while it is simulated. This process serves it, by viser."""
 
-import contextlib
 import os
 import socket
-from collections.abc import Iterator
+from contextlib import redirect_stdout
 from importlib import import_module
 from typing import TYPE_CHECKING
 
@@ -56,7 +55,7 @@ class Viewer:
         from viser import ViserServer
 
         self._host = host
-        with _silent():  # standard output is for data
+        with redirect_stdout(None):  # it is for data
             self.server = ViserServer(host, _port(host, port), label="zoobench watch", verbose=False)
         self.server.gui.configure_theme(show_logo=False, show_share_button=False)
         self.server.scene.configure_environment_map(environment_intensity=_BRIGHTNESS)
@@ -116,7 +115,7 @@ class Viewer:
 
     def close(self) -> None:
         """End the server; the page stays as it is."""
-        with _silent():
+        with redirect_stdout(None):
             self.server.stop()
 
     def _make(self, world: LiveWorld) -> None:
@@ -176,9 +175,3 @@ def _port(host: str, port: int | None) -> int:
         f"No page can be served at {host!r}, port {tried[-1]}: {fault}. "
         f"Give another --port, or 0 for any free one; {_HOSTS}"
     )
-
-
-@contextlib.contextmanager
-def _silent() -> Iterator[None]:
-    with contextlib.redirect_stdout(None):
-        yield
