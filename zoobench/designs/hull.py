@@ -30,9 +30,6 @@ _CLOSED = 0.6
 _PLATE = 4
 """Cubes across a plate at most."""
 
-_CROSS = np.array([[[abs(x) + abs(y) + abs(z) <= 1 for z in (-1, 0, 1)] for y in (-1, 0, 1)] for x in (-1, 0, 1)])
-"""A cube and those that share a face with it."""
-
 
 def hull_of(body: Body) -> Hull:
     """The surface of a body, which is kept with it."""
@@ -66,8 +63,9 @@ def _of_solid(drawing: Drawing) -> tuple[Array, float]:
 
 def _of_particles(body: Body) -> tuple[Array, float]:
     """The same where half of space is particles', in blocks of their cubes where triangles would be too many."""
-    from scipy.ndimage import maximum_filter
+    from scipy.ndimage import generate_binary_structure, maximum_filter
 
+    cross = generate_binary_structure(3, 1)  # a cube and those that share a face with it
     index = np.round((body.sites - body.sites.min(axis=0)) / body.edge).astype(int)
     low, block = body.sites.min(axis=0), 1
     while True:
@@ -75,7 +73,7 @@ def _of_particles(body: Body) -> tuple[Array, float]:
         fill = np.zeros(shape)
         np.add.at(fill, tuple((index // block + 1).T), body.occupancy * body.volumes / (block * body.edge) ** 3)
         whole = min(1.0, float(fill.max()))  # of a relaxed body, which may be thin matter everywhere
-        thin = (fill > 0.0) & (maximum_filter(fill, footprint=_CROSS) < _CLOSED * whole)
+        thin = (fill > 0.0) & (maximum_filter(fill, footprint=cross) < _CLOSED * whole)
         triangles = _surface(np.where(thin, _CLOSED * whole, fill), 0.5 * whole, block * body.edge)
         if len(triangles) <= _MOST * TRIANGLES:
             return triangles + low - (0.5 * block + 0.5) * body.edge, block * body.edge

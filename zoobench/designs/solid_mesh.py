@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -101,8 +100,9 @@ class Mesh:
         least, most = corners.min(axis=1), corners.max(axis=1)
         begin = np.searchsorted(lines[:, 0], least[:, 0])
         counts = np.searchsorted(lines[:, 0], most[:, 0], side="right") - begin
-        bounds = np.searchsorted(np.cumsum(counts), np.arange(0, counts.sum() + 1, _PAIRS)[1:])
-        found = [_hits(lines, corners[part], begin[part], counts[part]) for part in _parts(len(counts), bounds)]
+        bounds = np.unique(np.searchsorted(np.cumsum(counts), np.arange(0, counts.sum() + 1, _PAIRS)[1:]))
+        parts = zip(*(np.split(values, bounds) for values in (corners, begin, counts)), strict=True)
+        found = [_hits(lines, *part) for part in parts]
         line, height, sign = (np.concatenate(column) for column in zip(*found, strict=True))
         closed = np.bincount(line, sign, len(lines)) == 0.0
         return line[closed[line]], height[closed[line]], sign[closed[line]]
@@ -112,11 +112,6 @@ def shape_of(mesh: Mesh) -> Shape:
     """The solid within a mesh, whose unit is the metre."""
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     return Shape(mesh.inside, (low[0], low[1], low[2]), (high[0], high[1], high[2]), _POINTS)
-
-
-def _parts(count: int, bounds: NDArray[np.int64]) -> list[slice]:
-    ends = [0, *np.unique(bounds).tolist(), count]
-    return [slice(first, last) for first, last in pairwise(ends)]
 
 
 def _hits(
