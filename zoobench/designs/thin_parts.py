@@ -4,7 +4,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from zoobench import registry
 from zoobench.arrays import Array
@@ -95,10 +94,16 @@ def lattice_within(shape: Shape, volume: float) -> tuple[Array, float]:
 
 def pieces_note(shape: Shape, volume: float) -> tuple[str, ...]:
     """That a solid of this volume [m^3] is in several pieces, as a sentence; none if it is in one."""
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import KDTree
+
     points, spacing = lattice_within(shape, volume)
     if len(points) < 2:
         return ()
-    sizes = np.sort(np.bincount(clumps(points, NEAR * spacing)))[::-1]
+    tree = KDTree(points)
+    # the default, a dictionary, is slow
+    gaps = tree.sparse_distance_matrix(tree, NEAR * spacing, output_type="coo_matrix")
+    sizes = np.sort(np.bincount(connected_components(gaps, directed=False)[1]))[::-1]
     shares = [f"{100.0 * size / sizes.sum():.2g} %" for size in sizes[1:_NAMED]]
     if not shares:
         return ()
@@ -109,17 +114,6 @@ def pieces_note(shape: Shape, volume: float) -> tuple[str, ...]:
 def reach(fidelity: Fidelity) -> float:
     """Distance of neighbouring particles along an axis [m]: every cube of this edge holds a place for a particle."""
     return float(fidelity.grid_spacing / np.floor(np.cbrt(fidelity.particles_per_cell) + 1e-9))
-
-
-def clumps(points: Array, near: float) -> NDArray[np.int64]:
-    """The number of each point's clump `[n]`, from 0; neighbours in a clump are this near [m]."""
-    from scipy.sparse.csgraph import connected_components
-    from scipy.spatial import KDTree
-
-    tree = KDTree(points)
-    gaps = tree.sparse_distance_matrix(tree, near, output_type="coo_matrix")  # the default, a dictionary, is slow
-    labels = connected_components(gaps, directed=False)[1]
-    return np.asarray(labels, np.int64)
 
 
 @dataclass(frozen=True)
