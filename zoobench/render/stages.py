@@ -6,7 +6,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from zoobench import registry
-from zoobench.arrays import Array
+from zoobench.designs.base import Body
 from zoobench.designs.feasibility import SOLID
 from zoobench.errors import UsageError
 from zoobench.registry import Kind
@@ -95,9 +95,10 @@ def stages_image(stages: Sequence[Stage], title: str) -> Image:
     """
     if not stages:
         raise UsageError("There is no body to draw. Give one stage or more.")
-    covers = [skin(stage.sampled.body) for stage in stages]
-    camera = _camera(stages, covers)
-    solid = np.concatenate([_stiffness(stage)[stage.sampled.body.occupancy > SOLID] for stage in stages])
+    bodies = [stage.sampled.body for stage in stages]
+    covers = [skin(body) for body in bodies]
+    camera = _camera(bodies, covers)
+    solid = np.concatenate([body.stiffness[body.occupancy > SOLID] for body in bodies])
     limits = (float(solid.min()), float(solid.max()) if np.ptp(solid) > 1e-6 else float(solid.min()) + 1e-3)
     width = _TILE[0] * len(stages) + _KEY
     layout = {
@@ -111,9 +112,8 @@ def stages_image(stages: Sequence[Stage], title: str) -> Image:
         canvas.plotter.subplot(0, 0)
         canvas.text(title, 0.03, 0.92)
         canvas.plotter.subplot(0, len(stages))
-        body = stages[-1].sampled.body
         canvas.text("muscles", 0.05, 0.94)
-        canvas.legend([*named(body.muscles), NO_MUSCLE], 0.05, 0.89)
+        canvas.legend([*named(bodies[-1].muscles), NO_MUSCLE], 0.05, 0.89)
         return canvas.image()
 
 
@@ -132,15 +132,11 @@ def _put_body(
         "width": 0.7, "height": 0.12, "title_font_size": canvas.font_size + 2, "label_font_size": canvas.font_size + 2,
     }  # fmt: skip
     look = {"scalar_bar_args": bar} if column == 0 else {"show_scalar_bar": False}
-    put_skin(canvas, cover, body.positions, _stiffness(stage), cmap="viridis", clim=limits, **look)
+    put_skin(canvas, cover, body.positions, body.stiffness, cmap="viridis", clim=limits, **look)
     canvas.aim(camera)
 
 
-def _stiffness(stage: Stage) -> Array:
-    return stage.sampled.body.stiffness
-
-
-def _camera(stages: Sequence[Stage], covers: Sequence[Skin]) -> Camera:
+def _camera(bodies: Sequence[Body], covers: Sequence[Skin]) -> Camera:
     """One view for all, so that sizes can be compared."""
-    points = np.vstack([cover.places @ each.sampled.body.positions for each, cover in zip(stages, covers, strict=True)])
+    points = np.vstack([cover.places @ body.positions for body, cover in zip(bodies, covers, strict=True)])
     return camera_at(points, *_VIEW, _TILE[0] / _TILE[1], room=(0.9, 0.62), shift=(0.0, 0.8))
