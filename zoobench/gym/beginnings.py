@@ -72,8 +72,7 @@ class Beginnings:
         if unknown := sorted(self._drawn - set(get_args(Drawn))):
             raise UsageError(f"{unknown[0]!r} cannot be drawn. Choose among {', '.join(get_args(Drawn))}.")
         task = registry.get(Kind.TASK, problem.spec.task.name, problem.spec.task.version)
-        self._seeds = "path_seed" in task.parameters
-        if "path" in self._drawn and (not self._seeds or problem.spec.task.kwargs.get("target")):
+        if "path" in self._drawn and ("path_seed" not in task.parameters or problem.spec.task.kwargs.get("target")):
             raise UsageError(f"The task {str(task.ref)!r} has no path that could be drawn. Leave 'path' out.")
 
     def draw(self, rng: np.random.Generator) -> Beginning:

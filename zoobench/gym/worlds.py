@@ -49,7 +49,6 @@ class Worlds:
     """
 
     _beginnings: Beginnings | None = None
-    _view = View()
     _is_shown = False
 
     def __init__(
