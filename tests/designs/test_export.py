@@ -1,5 +1,6 @@
 """Exported bodies in the readers of other libraries and in our own."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -108,6 +109,17 @@ def test_an_exported_body_is_a_body(panda: Body, tmp_path: Path) -> None:
     assert again.masses(1000.0).sum() == pytest.approx(panda.masses(1000.0).sum(), rel=1e-3)
     centre, other = panda.positions.mean(axis=0), again.positions.mean(axis=0)
     assert other == pytest.approx(centre, abs=0.002)
+
+
+@pytest.mark.parametrize("name", ["Rücken", "left fin", "back\nend_header", "", "x" * 81])
+def test_a_name_that_no_header_holds_is_refused(panda: Body, name: str, tmp_path: Path) -> None:
+    """As a muscle may have in an `npz`, which keeps it; nothing is written."""
+    odd = replace(panda, muscles=(name, *panda.muscles[1:]))
+    for file in ("a.ply", "a.pcd"):
+        with pytest.raises(UsageError, match=r"name .*ends in \.npz"):
+            export(odd, tmp_path / file)
+        assert not (tmp_path / file).exists()
+    export(odd, tmp_path / "a.npz")
 
 
 @pytest.mark.parametrize("name", ["a.docx", "a", "nowhere/a.npz"])

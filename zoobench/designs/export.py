@@ -1,5 +1,6 @@
 """Export of bodies for other tools: particles with their properties, or the surface around them."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ from zoobench.designs.base import Body
 from zoobench.designs.solid_mesh import Mesh
 from zoobench.errors import UsageError, extra, reason
 
+_NAME = re.compile(r"[!-~]{1,80}")  # of a muscle, in the header of a file
 _EXISTS = 0.5  # least occupancy of an exported particle
 _SOFTNESS = 0.7  # [particle edges] of the filter that smooths the steps of the lattice
 
@@ -24,7 +26,8 @@ def export(body: Body, path: Path) -> None:
     * `stl`: the closed surface around them, which encloses the body's volume.
 
     Raises:
-        UsageError: another suffix, a file that cannot be written, or no scikit-image for `stl`.
+        UsageError: another suffix, a file that cannot be written, no scikit-image for `stl`, or a muscle whose name
+            the header of `ply` or `pcd` cannot hold.
     """
     writer = {".npz": _npz, ".pcd": _pcd, ".ply": _ply, ".stl": _stl}.get(path.suffix.lower())
     if writer is None:
@@ -43,7 +46,7 @@ def _npz(body: Body, path: Path) -> None:
 
 def _ply(body: Body, path: Path) -> None:
     rows = _rows(body)
-    names = "".join(f"comment muscle {number} {name}\n" for number, name in enumerate(body.muscles))
+    names = _muscle_lines(body, "comment")
     columns = "".join(f"property {'int' if name == 'muscle' else 'float'} {name}\n" for name in COLUMNS)
     header = f"ply\nformat binary_little_endian 1.0\n{names}element vertex {len(rows)}\n{columns}end_header\n"
     path.write_bytes(header.encode("ascii") + rows.tobytes())
@@ -51,7 +54,7 @@ def _ply(body: Body, path: Path) -> None:
 
 def _pcd(body: Body, path: Path) -> None:
     rows = _rows(body)
-    names = "".join(f"# muscle {number} {name}\n" for number, name in enumerate(body.muscles))
+    names = _muscle_lines(body, "#")
     fields = {
         "VERSION": ["0.7"],
         "FIELDS": COLUMNS,
@@ -66,6 +69,21 @@ def _pcd(body: Body, path: Path) -> None:
     }
     header = names + "".join(f"{name} {' '.join(words)}\n" for name, words in fields.items())
     path.write_bytes(header.encode("ascii") + rows.tobytes())
+
+
+def _muscle_lines(body: Body, comment: str) -> str:
+    """A line of the header for each muscle, as `zoobench.designs.cloud_file` reads it.
+
+    Raises:
+        UsageError: a name is longer than 80 letters, or has others than those of ASCII without spaces.
+    """
+    for name in body.muscles:
+        if not _NAME.fullmatch(name):
+            raise UsageError(
+                f"The header of this format cannot hold a muscle of the name {name!r}: it takes 1 to 80 ASCII letters "
+                "without spaces. Give a file that ends in .npz, which keeps any name."
+            )
+    return "".join(f"{comment} muscle {number} {name}\n" for number, name in enumerate(body.muscles))
 
 
 COLUMNS = ("x", "y", "z", "muscle", "fx", "fy", "fz", "stiffness", "density_ratio", "fill")
