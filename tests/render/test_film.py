@@ -72,10 +72,14 @@ def test_parameters_of_another_body_are_refused() -> None:
 
 
 def test_a_film_that_no_memory_holds_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Before it is simulated, with what to keep of it."""
+    """Before it is simulated, with what to keep of it: no more than is advised where more were asked for."""
     monkeypatch.setattr("zoobench.render.film._LARGEST", 10_000)
-    with pytest.raises(UsageError, match="Keep fewer: --every"):
-        film(SPEC, params())
+    advised = []
+    for every in (1, 3):
+        with pytest.raises(UsageError, match=r"Keep fewer: --every \d+\.") as error:
+            film(SPEC, params(), moments=range(0, SPEC.frames + 1, every))
+        advised.append(int(str(error.value).split()[-1].rstrip(".")))
+    assert 3 < advised[0] <= advised[1]
 
 
 def test_moments_are_spread_from_start_to_end() -> None:

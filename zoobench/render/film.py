@@ -103,7 +103,7 @@ class _Reel:
     def take(self, place: Array, flow: Array | None) -> None:
         """Keep a moment if it is one of them; see `zoobench.cell.episode_runner.Watch`."""
         if not self._frame:
-            self.places = _allocate(len(self.kept), len(place))
+            self.places = _allocate(self.kept, len(place))
         if self._frame in self._rows:
             self.places[self._rows[self._frame]] = place
             if flow is not None:
@@ -112,17 +112,19 @@ class _Reel:
         self._frame += 1
 
 
-def _allocate(moments: int, particle_count: int) -> Positions:
-    """An array for the positions `[moments, particle_count, 3]`.
+def _allocate(kept: NDArray[np.int64], particle_count: int) -> Positions:
+    """An array for the positions `[moments, particle_count, 3]` at the frames that are kept `[moments]`.
 
     Raises:
         UsageError: it would be larger than `_LARGEST`.
     """
+    moments = len(kept)
     size = 12 * moments * particle_count
     if size > _LARGEST:
+        every = int(np.diff(kept).max(initial=1)) * 2 * -(-size // _LARGEST)
         raise UsageError(
             f"{moments} moments of {particle_count:,} particles take {size / 2**30:.0f} GiB, and "
-            f"{_LARGEST // 2**30} GiB are the most. Keep fewer: --every {2 * -(-size // _LARGEST)}."
+            f"{_LARGEST // 2**30} GiB are the most. Keep fewer: --every {every}."
         )
     return np.zeros((moments, particle_count, 3), np.float32)
 
