@@ -244,9 +244,7 @@ def test_water_on_terrain_has_a_level_surface(name: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "text", ["shallow-water[slope=2,length=0.25,width=0.125]", "ocean[water=particles,slope=5,width=0.125]"]
-)
+@pytest.mark.parametrize("text", ["shallow-water[slope=2]", "ocean[water=particles,slope=5,width=0.125]"])
 def test_water_comes_to_rest_on_terrain(text: str) -> None:
     """Laid on the ground itself and not on the nodes that hold it, or without friction, it streams at 20 to 50 mm/s."""
     env = _made(text)

@@ -8,6 +8,12 @@ from tests.envs.at_rest import ENVS, made, solver_of
 from zoobench.sim.model.fidelity import Fidelity
 
 SOLID = ("desert", "clay", "snow")
+MOST_ENERGY = {"shallow-water": 3e-5}
+"""Largest kinetic energy of an environment at rest by its potential energy, where it is not 1e-6.
+
+Water by AFLIP, with which bodies float at their draught, swirls by 2 to 3 mm/s, 5e-6 to 2e-5 over 1,000 frames without
+growing; by APIC, which damps that, it has 1e-6.
+"""
 FRAMES = 125  # one second
 
 
@@ -25,7 +31,7 @@ def _check(name: str, fidelity: Fidelity) -> None:
     rollout = solver.run(np.zeros((FRAMES, 1, solver.muscle_count)), progress=measure)
     end = solver.positions(0)
     assert not rollout.divergences
-    assert max(kinetic) < 1e-6 * (mass * 9.81 * start[:, 1]).sum()
+    assert max(kinetic) < MOST_ENERGY.get(name, 1e-6) * (mass * 9.81 * start[:, 1]).sum()
     bed = made(name).bed
     if bed is None:
         return
@@ -50,7 +56,7 @@ def _check(name: str, fidelity: Fidelity) -> None:
     ],
 )
 def test_an_equilibrated_scene_stays_at_rest(name: str) -> None:
-    """Kinetic energy below 1e-6 of the potential energy; solids keep their shape, fluids their level.
+    """Kinetic energy below `MOST_ENERGY` of the potential energy; solids keep their shape, fluids their level.
 
     A bed of a single cell carries nobody in peace.
     """
