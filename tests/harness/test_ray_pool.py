@@ -19,11 +19,11 @@ from zoobench.harness.worker_pool import run_all
 @pytest.fixture
 def cluster(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
     """A head that computes nothing, and two nodes with a processor each."""
-    import ray
-    from ray.cluster_utils import Cluster
+    ray = pytest.importorskip("ray")
+    cluster_utils = pytest.importorskip("ray.cluster_utils")
 
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
-    made = Cluster(initialize_head=True, head_node_args={"num_cpus": 0})
+    made = cluster_utils.Cluster(initialize_head=True, head_node_args={"num_cpus": 0})
     made.first, made.second = made.add_node(num_cpus=1), made.add_node(num_cpus=1)
     made.wait_for_nodes()
     yield made
