@@ -111,7 +111,7 @@ def test_an_exported_body_is_a_body(panda: Body, tmp_path: Path) -> None:
     assert other == pytest.approx(centre, abs=0.002)
 
 
-@pytest.mark.parametrize("name", ["Rücken", "left fin", "back\nend_header", "", "x" * 81])
+@pytest.mark.parametrize("name", ["Rücken", "left fin", "back\nend_header", "end_header", "", "x" * 81])
 def test_a_name_that_no_header_holds_is_refused(panda: Body, name: str, tmp_path: Path) -> None:
     """As a muscle may have in an `npz`, which keeps it; nothing is written."""
     odd = replace(panda, muscles=(name, *panda.muscles[1:]))
@@ -120,6 +120,8 @@ def test_a_name_that_no_header_holds_is_refused(panda: Body, name: str, tmp_path
             export(odd, tmp_path / file)
         assert not (tmp_path / file).exists()
     export(odd, tmp_path / "a.npz")
+    with np.load(tmp_path / "a.npz") as found:
+        assert tuple(found["muscles"]) == odd.muscles
 
 
 @pytest.mark.parametrize("name", ["a.docx", "a", "nowhere/a.npz"])

@@ -11,7 +11,7 @@ from zoobench.designs.base import Body
 from zoobench.designs.solid_mesh import Mesh
 from zoobench.errors import UsageError, extra, reason
 
-_NAME = re.compile(r"[!-~]{1,80}")  # of a muscle, in the header of a file
+_NAME = re.compile(r"(?!end_header$)[!-~]{1,80}")  # of a muscle, in the header of a file
 _EXISTS = 0.5  # least occupancy of an exported particle
 _SOFTNESS = 0.7  # [particle edges] of the filter that smooths the steps of the lattice
 
@@ -75,13 +75,13 @@ def _muscle_lines(body: Body, comment: str) -> str:
     """A line of the header for each muscle, as `zoobench.designs.cloud_file` reads it.
 
     Raises:
-        UsageError: a name is longer than 80 letters, or has others than those of ASCII without spaces.
+        UsageError: a name is empty, longer than 80 characters, not of ASCII without spaces, or ends a PLY header.
     """
     for name in body.muscles:
         if not _NAME.fullmatch(name):
             raise UsageError(
-                f"The header of this format cannot hold a muscle of the name {name!r}: it takes 1 to 80 ASCII letters "
-                "without spaces. Give a file that ends in .npz, which keeps any name."
+                f"The header of a PLY or PCD file cannot hold a muscle of the name {name!r}: it takes 1 to 80 "
+                "characters of ASCII without spaces, and not 'end_header'. Give a file that ends in .npz."
             )
     return "".join(f"{comment} muscle {number} {name}\n" for number, name in enumerate(body.muscles))
 
