@@ -76,9 +76,9 @@ def test_a_film_that_no_memory_holds_is_refused(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr("zoobench.render.film._LARGEST", 10_000)
     advised = []
     for every in (1, 3):
-        with pytest.raises(UsageError, match=r"Keep fewer: --every \d+\.") as error:
+        with pytest.raises(UsageError, match=r"Keep fewer, as `zoobench render --every \d+` does\.") as error:
             film(SPEC, params(), moments=range(0, SPEC.frames + 1, every))
-        advised.append(int(str(error.value).split()[-1].rstrip(".")))
+        advised.append(int(str(error.value).split("--every ")[1].split("`")[0]))
     assert 3 < advised[0] <= advised[1]
 
 

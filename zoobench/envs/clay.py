@@ -14,9 +14,9 @@ CLAY = Elasticity(medium_density=1800.0)
 
 
 _PROVISIONAL = (
-    "on clay of 800 Pa trained gaits of four animals move at standard within 18 % of their speed at fine and turn "
-    "within 33 %, without the fish within 6 and 12 %, at draft within 26 and 33 %; paths were not measured, and softer "
-    "clay is not resolved"
+    "on clay of 800 Pa trained gaits of four animals move and turn at standard within 18 and 35 % of their speeds at "
+    "fine (caterpillar, baby seal and panda within 6 and 12 %), at draft within 26 and 34 %; paths were not measured, "
+    "and softer clay is not resolved"
 )
 
 

@@ -15,9 +15,9 @@ MUD = Elasticity(medium_density=1400.0)
 
 _PROVISIONAL = (
     "in mud of 800 Pa trained gaits of four animals move at draft, standard and paper within 32, 30 and 16 % of their "
-    "speed at fine, caterpillar and baby seal within 15, 8 and 3 %; the fish, and some gaits of the panda, are slower "
-    "on each finer grid; they turn within 26 % at standard, without the fish within 11 %; paths were not measured, and "
-    "softer mud is not resolved"
+    "speed at fine (caterpillar and baby seal within 15, 8 and 3 %), and turn at standard within 29 % (without the "
+    "fish within 11 %); the fish, and some gaits of the panda, are slower on each finer grid; paths were not measured, "
+    "and softer mud is not resolved"
 )
 
 

@@ -124,7 +124,7 @@ def _allocate(kept: NDArray[np.int64], particle_count: int) -> Positions:
         every = int(np.diff(kept).max(initial=1)) * 2 * -(-size // _LARGEST)
         raise UsageError(
             f"{moments} moments of {particle_count:,} particles take {size / 2**30:.0f} GiB, and "
-            f"{_LARGEST // 2**30} GiB are the most. Keep fewer: --every {every}."
+            f"{_LARGEST // 2**30} GiB are the most. Keep fewer, as `zoobench render --every {every}` does."
         )
     return np.zeros((moments, particle_count, 3), np.float32)
 
