@@ -19,7 +19,7 @@ from zoobench.sim.kernels.water_grid import immersed, water_layout
 from zoobench.sim.launch import Launch
 from zoobench.sim.model.elastic_bodies import ElasticBody, within
 from zoobench.sim.model.fidelity import Fidelity, Transfer
-from zoobench.sim.model.grid_water import LEAST_CELLS, GridWater, solver_modes
+from zoobench.sim.model.grid_water import LEAST_CELLS, solver_modes
 from zoobench.sim.model.ground_skin import GroundSkin
 from zoobench.sim.model.launch_plan import LaunchPlan
 from zoobench.sim.model.laws.elastic import lame_parameters
@@ -78,7 +78,7 @@ class Launcher:
             anchors=_anchors(scene),
             clamped=tuple(k for k, each in enumerate(scene.field_objects, 1) if _is_clamped(each.body)),
             driven=scene.robot.drive is not None,
-            water=GridWater if scene.water else None,
+            water=type(water) if (water := scene.water or scene.surface_water) else None,
         )
         work = [str(effect) for effect in sorted(scene.effects)] + ["decomposition"] * self.variant.decomposed
         self._work = {way: [f"{way} {each}" for each in work] for way in ("forward", "reverse")}

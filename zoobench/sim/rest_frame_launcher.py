@@ -10,7 +10,8 @@ from torch import Tensor
 
 from zoobench.arrays import Array
 from zoobench.errors import UsageError
-from zoobench.sim.kernels import rest_frame, rest_frame_adjoint
+from zoobench.sim.kernels.rest_frame import survey_rest_frame
+from zoobench.sim.kernels.rest_frame_substeps import advance_rest_frame, reverse_rest_frame
 from zoobench.sim.launch import Launch
 from zoobench.sim.launcher import Launcher
 from zoobench.sim.model.body_parts import BodyParts
@@ -19,6 +20,7 @@ from zoobench.sim.model.launch_plan import LaunchPlan
 from zoobench.sim.model.rest_cells import LANES, RestCells
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.state import Matter, Parameters
+from zoobench.sim.model.surface_panels import SurfacePanels
 from zoobench.sim.model.tensors import lazy_zeros, put
 
 
@@ -45,12 +47,15 @@ class RestFrameLauncher(Launcher):
         super().__init__(scene, fidelity, worlds, real, device, parallel=False)
         self.variant = replace(self.variant, at_once=parallel)
         # Taichi's own optimisation gains a twentieth, and compiles for 30 s in place of 6
-        self._advance = Launch(rest_frame.advance_rest_frame)
-        self._reverse = Launch(rest_frame_adjoint.reverse_rest_frame)
-        self._survey = Launch(rest_frame.survey_rest_frame)
+        self._advance, self._reverse, self._survey = (
+            Launch(kernel) for kernel in (advance_rest_frame, reverse_rest_frame, survey_rest_frame)
+        )
         self._rest = RestCells.of(scene.robot, fidelity)
+        self._inverse = self._of_nodes()
         self._limbs = self._list_limbs(self._rest)
-        self._tables = self._tensors(self._rest)
+        self._tables = (*self._list_cells(self._rest), *self._limbs, *self._list_panels(self._rest))
+        # gathered from the particles of the worlds
+        self._room = self._of_nodes(), self._of_worlds(len(self._rest.nodes), 6, LANES), self._of_nodes()
 
     @property
     def robot_nodes(self) -> int:
@@ -119,17 +124,14 @@ class RestFrameLauncher(Launcher):
             matter.state, matter.nodes, parameters.body, plan.slots, plan.dt, self.constants, self.terrain,
         )  # fmt: skip
 
-    def _tensors(self, cells: RestCells) -> tuple[Tensor, ...]:
-        """The cells as the kernels take them, and memory for values gathered from the particles of the worlds."""
+    def _list_cells(self, cells: RestCells) -> tuple[Tensor, ...]:
+        """The cells as the kernels take them, and memory for their laws and the nodes' inverse masses."""
         count, shapes = len(cells.nodes), len(cells.slopes)
         turned = cells.slopes.transpose(0, 3, 2, 1).reshape(shapes, 3 * LANES, LANES)  # by lane and axis
-        self._room: tuple[Tensor, ...] = self._of_nodes(), self._of_worlds(count, 6, LANES)
-        self._inverse = self._of_nodes()
         return (
             *(torch.as_tensor(each, device=self._device) for each in (cells.nodes, cells.particles, cells.shape)),
             self._wide(cells.slopes.reshape(shapes, 3 * LANES, LANES)), self._wide(turned),
             self._wide(cells.masses), self._wide(cells.weights), self._of_worlds(count, 7, LANES), self._inverse,
-            *self._limbs,
         )  # fmt: skip
 
     def _list_limbs(self, cells: RestCells) -> tuple[Tensor, ...]:
@@ -140,6 +142,18 @@ class RestFrameLauncher(Launcher):
         meeting = torch.zeros((self._worlds, len(parts.apart) + 1), dtype=torch.int32, device=self._device)
         lists = (torch.as_tensor(each, device=self._device) for each in (parts.members, parts.first, parts.apart))
         return (*lists, self._wide(parts.share), boxes, meeting)
+
+    def _list_panels(self, cells: RestCells) -> tuple[Tensor, ...]:
+        """Memory for the displaced volumes, and the surface's panels as the kernels take them; none out of water."""
+        robot, water = self._scene.robot, self._scene.surface_water
+        panels = SurfacePanels.of(robot, water, cells, self._fidelity.grid_spacing) if water else SurfacePanels.none()
+        count = len(panels.cell)
+        bend = lazy_zeros((count, 2 * panels.around.shape[1], 4), self._real, self._device)
+        put(bend[..., :3], panels.bend.reshape(count, 2 * panels.around.shape[1], 3))
+        return (
+            self._of_nodes(), *(torch.as_tensor(each, device=self._device) for each in (panels.cell, panels.around)),
+            self._wide(panels.weights), self._wide(panels.given), bend,
+        )  # fmt: skip
 
     def _of_worlds(self, *shape: int) -> Tensor:
         """Zeros `[worlds, *shape]`."""

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from zoobench.arrays import Array
+from zoobench.errors import UsageError
 from zoobench.sim import runtime
 from zoobench.sim.kernels.anchors import HEAVINESS
 from zoobench.sim.kernels.boundary import WALL_NODES
@@ -24,7 +25,6 @@ from zoobench.sim.model.step_limits import StepLimit
 from zoobench.sim.model.tensors import fetch, memory
 from zoobench.sim.muscle_energy import MuscleEnergy
 from zoobench.sim.rest_frame_launcher import RestFrameLauncher
-from zoobench.sim.surface_water_launcher import SurfaceWaterLauncher
 
 LARGEST_PLACE = 2.0**30
 """Distance from the grid's first node [cells] up to which it is a whole number to the kernels."""
@@ -49,6 +49,7 @@ class Simulation:
 
     Raises:
         SceneError: the arena has more grid nodes than can be held, or on a GPU matter fills more.
+        UsageError: water by forces on the surface asks for a robot in its rest frame; or as of `RestFrameLauncher`.
     """
 
     def __init__(
@@ -71,8 +72,12 @@ class Simulation:
         self.elastic_count = scene.elastic.particle_count
         self.muscle_count = scene.robot.muscle_count if Effect.MUSCLE in scene.effects else 0
         self.meter = SubstepMeter()
+        if scene.surface_water is not None and fidelity.robot != "lagrangian":
+            raise UsageError(
+                "Water by forces on the surface has its robot in its rest frame. Give robot=lagrangian with the "
+                "fidelity."
+            )
         kind = Launcher if fidelity.robot == "mpm" else RestFrameLauncher
-        kind = kind if scene.surface_water is None else SurfaceWaterLauncher
         self.launcher = kind(
             scene, fidelity, worlds, self._real, device, device == "cuda" if parallel is None else parallel
         )

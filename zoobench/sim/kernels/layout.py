@@ -31,6 +31,7 @@ from zoobench.sim.kernels.boundary import TERRAIN
 from zoobench.sim.kernels.columns import matrix
 from zoobench.sim.kernels.laws.law import Law
 from zoobench.sim.model.grid_water import GridWater
+from zoobench.sim.model.surface_water import SurfaceWater
 
 Given = TypeVar("Given")
 
@@ -82,7 +83,7 @@ class Variant:
     Attributes:
         muscle, damping: whether the robot has muscles, and viscosity.
         law: of the medium; None for none.
-        water: of water on a grid its class, which names its constants; None for none.
+        water: of water on a grid, or by forces on the surface, its class, which names its constants; None for none.
         ground: see `boundary`.
         skin: whether the ground pushes on the robot by its skin, see `skin_contact`.
         width: nodes of a spline in each direction.
@@ -116,7 +117,7 @@ class Variant:
     clamped: tuple[int, ...] = ()
     driven: bool = False
     at_once: bool = False
-    water: type[GridWater] | None = None
+    water: type[GridWater | SurfaceWater] | None = None
 
     def uses(self, transfer: int) -> bool:
         """Whether any matter that is visited has this transfer."""
@@ -131,6 +132,11 @@ class Variant:
     def liquid(self) -> bool:
         """Whether the medium is a liquid."""
         return self.law is not None and self.law.is_liquid
+
+    @property
+    def has_panels(self) -> bool:
+        """Whether water acts by forces on the surface of the robot."""
+        return self.water is SurfaceWater
 
     @property
     def decomposed(self) -> bool:
@@ -216,7 +222,7 @@ class Surveyed:
     law: Law | None
     skin: bool
     objects: int
-    water: type[GridWater] | None
+    water: type[GridWater | SurfaceWater] | None
 
 
 def while_compiling(given: Given) -> Given:

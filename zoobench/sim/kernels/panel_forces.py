@@ -26,23 +26,12 @@ F and L are those of the middle of the panel's cell: at a corner they are those 
 
 import taichi as ti
 
-from zoobench.sim.kernels.array_types import Rows, Scalars, Wide
-from zoobench.sim.kernels.cell_lanes import FORCE, Cells, lanes_of, load_cells, rows_at, summed
+from zoobench.sim.kernels.cell_lanes import FORCE, lanes_of, rows_at, summed
 from zoobench.sim.kernels.columns import zero_lanes
-from zoobench.sim.kernels.context import Context
 from zoobench.sim.kernels.elastic import SMALLEST_J
-from zoobench.sim.kernels.layout import VOLUME, V, X, scene_constants, while_compiling
-from zoobench.sim.kernels.limb_contact import (
-    Limbs,
-    for_cells_that_meet,
-    forget_meetings,
-    note_motion,
-    push_cells,
-    renew_meetings,
-)
-from zoobench.sim.kernels.rest_frame import find_forces, inverse_transposed, write_particles
+from zoobench.sim.kernels.layout import VOLUME, V, X, while_compiling
+from zoobench.sim.kernels.rest_frame import inverse_transposed
 from zoobench.sim.model.rest_cells import LANES
-from zoobench.sim.model.surface_water import SurfaceWater
 
 ADDED, ADDED_SHEAR = 4, 5
 """Rows of a node: (xx yy zz 0) and (yz xz xy 0) of its added mass and implicit drag [kg]."""
@@ -262,9 +251,8 @@ def gained(c: ti.template(), n):
 
 
 @ti.func
-def find_wet_forces(c: ti.template()):
-    """FORCE and ADDED of all nodes of a world at slot s."""
-    find_forces(c)
+def find_water_forces(c: ti.template()):
+    """Add the water's part to FORCE of all nodes of a world at slot s, and fill ADDED."""
     for n in range(c.cells.inverse.shape[1]):
         c.own_nodes[c.s, c.w, n, ADDED] = zero_lanes()
         c.own_nodes[c.s, c.w, n, ADDED_SHEAR] = zero_lanes()
@@ -272,43 +260,14 @@ def find_wet_forces(c: ti.template()):
         wet_panels(c, g)
 
 
-@ti.kernel
-def advance_swimmer(
-    state: Rows, nodes: Rows, body: Rows, plan: Scalars, dts: Scalars, constants: Scalars, terrain: Rows, node: Scalars,
-    particle: Scalars, shape: Scalars, slopes: Wide, turned: Wide, masses: Wide, weights: Wide, law: Wide,
-    inverse: Scalars, members: Scalars, first: Scalars, apart: Scalars, share: Wide, boxes: Rows, meeting: Scalars,
-    displaced: Scalars, cell: Scalars, around: Scalars, panel_weights: Wide, given: Wide, bend: Rows, stride: int,
-    variant: ti.template(),
-):  # fmt: skip
-    """As `rest_frame.advance_rest_frame`, in water, which is over no terrain."""
-    ti.loop_config(serialize=not variant.at_once)
-    for w in range(state.shape[1]):
-        scene = scene_constants(constants, SurfaceWater)
-        cells = Cells(node, particle, shape, slopes, turned, masses, weights, law, inverse)
-        limbs = Limbs(members, first, apart, share, boxes, meeting)
-        panels = Panels(cell, around, panel_weights, given, bend)
-        if plan[w, 1] > 0:
-            load_cells(body, cells, scene, w)
-            every = Context(
-                variant, own_nodes=nodes, cells=cells, limbs=limbs, panels=panels, displaced=displaced, scene=scene,
-                dt=dts[w], w=w, s=plan[w, 0],
-            )  # fmt: skip
-            load_displaced(body, every)
-            forget_meetings(every)
-            for m in range(plan[w, 1]):
-                s = plan[w, 0] + m * stride
-                t = s + stride
-                c = every.but(s=s)
-                renew_meetings(c)
-                find_wet_forces(c)
-                for_cells_that_meet(c, push_cells)
-                for n in range(inverse.shape[1]):
-                    v = nodes[s, w, n, V]
-                    if inverse[w, n] > 0.0:
-                        v += gained(c, n)
-                        nodes[t, w, n, X] = nodes[s, w, n, X] + dts[w] * v
-                    else:
-                        nodes[t, w, n, X] = nodes[s, w, n, X]
-                    nodes[t, w, n, V] = v
-                note_motion(c, t)
-            write_particles(state, nodes, cells, plan[w, 0] + plan[w, 1] * stride, w)
+@ti.func
+def move_wet_nodes(c: ti.template(), t):
+    """As `rest_frame.move_nodes`, in water."""
+    for n in range(c.cells.inverse.shape[1]):
+        v = c.own_nodes[c.s, c.w, n, V]
+        if c.cells.inverse[c.w, n] > 0.0:
+            v += gained(c, n)
+            c.own_nodes[t, c.w, n, X] = c.own_nodes[c.s, c.w, n, X] + c.dt * v
+        else:
+            c.own_nodes[t, c.w, n, X] = c.own_nodes[c.s, c.w, n, X]
+        c.own_nodes[t, c.w, n, V] = v

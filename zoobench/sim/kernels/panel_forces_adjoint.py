@@ -6,19 +6,9 @@ displaced_adjoint   [worlds, nodes] of the displaced volumes
 
 import taichi as ti
 
-from zoobench.sim.kernels.array_types import Rows, Scalars, Wide
-from zoobench.sim.kernels.cell_lanes import FORCE, LAYER_FORCE, Cells, lanes_of, load_cells, summed
+from zoobench.sim.kernels.cell_lanes import FORCE, LAYER_FORCE, lanes_of, summed
 from zoobench.sim.kernels.columns import dot, zero_lanes
-from zoobench.sim.kernels.context import Context
-from zoobench.sim.kernels.layout import V, X, scene_constants
-from zoobench.sim.kernels.limb_contact import (
-    Limbs,
-    for_cells_that_meet,
-    forget_meetings,
-    note_motion,
-    push_cells_adjoint,
-    renew_meetings,
-)
+from zoobench.sim.kernels.layout import V, X
 from zoobench.sim.kernels.panel_forces import (
     ADDED,
     ADDED_SHEAR,
@@ -27,22 +17,18 @@ from zoobench.sim.kernels.panel_forces import (
     OF_SHARE,
     SIDES,
     SLOW,
-    Panels,
     along_pairs,
     applied,
     flow_past,
     gained,
     gravity_of,
-    load_displaced,
     panel_value,
     resistance,
     scalar,
     times,
     transposed_times,
 )
-from zoobench.sim.kernels.rest_frame_adjoint import give_particles, stress_adjoint, take_particles
 from zoobench.sim.model.rest_cells import LANES
-from zoobench.sim.model.surface_water import SurfaceWater
 
 
 @ti.func
@@ -199,51 +185,3 @@ def give_displaced(c: ti.template()):
             p = c.cells.particle[cell, lane]
             if p >= 0:
                 c.body_adjoint[c.w, p, 0] += ti.Vector([0.0, found[lane], 0.0, 0.0])
-
-
-@ti.kernel
-def reverse_swimmer(
-    state: Rows, nodes: Rows, body: Rows, plan: Scalars, dts: Scalars, constants: Scalars, terrain: Rows, node: Scalars,
-    particle: Scalars, shape: Scalars, slopes: Wide, turned: Wide, masses: Wide, weights: Wide, law: Wide,
-    inverse: Scalars, members: Scalars, first: Scalars, apart: Scalars, share: Wide, boxes: Rows, meeting: Scalars,
-    displaced: Scalars, cell: Scalars, around: Scalars, panel_weights: Wide, given: Wide, bend: Rows,
-    inverse_adjoint: Scalars, sums: Wide, displaced_adjoint: Scalars, adjoint: Rows, nodes_adjoint: Rows,
-    body_adjoint: Rows, variant: ti.template(),
-):  # fmt: skip
-    """As `rest_frame_adjoint.reverse_rest_frame`, in water."""
-    ti.loop_config(serialize=not variant.at_once)
-    for w in range(nodes.shape[1]):
-        scene = scene_constants(constants, SurfaceWater)
-        cells = Cells(node, particle, shape, slopes, turned, masses, weights, law, inverse)
-        limbs = Limbs(members, first, apart, share, boxes, meeting)
-        panels = Panels(cell, around, panel_weights, given, bend)
-        if plan[w, 1] > 0:
-            load_cells(body, cells, scene, w)
-            take_particles(adjoint, nodes_adjoint, cells, w)
-            every = Context(
-                variant, own_nodes=nodes, cells=cells, limbs=limbs, panels=panels, displaced=displaced, scene=scene,
-                dt=dts[w], w=w, s=plan[w, 0],
-                nodes_adjoint=nodes_adjoint, inverse_adjoint=inverse_adjoint, displaced_adjoint=displaced_adjoint,
-                body_adjoint=body_adjoint, sums=sums,
-            )  # fmt: skip
-            load_displaced(body, every)
-            forget_meetings(every)
-            for n in range(inverse.shape[1]):
-                inverse_adjoint[w, n] = 0.0 * scene.spacing
-                displaced_adjoint[w, n] = 0.0 * scene.spacing
-            for k in range(node.shape[0]):
-                for row in ti.static(range(6)):
-                    sums[w, k, row] = lanes_of(0.0 * scene.spacing)
-            for m in range(plan[w, 1]):
-                s = plan[w, 0] + plan[w, 1] - 1 - m
-                c = every.but(s=s)
-                renew_meetings(c)
-                gained_adjoint(c)
-                for g in range(cell.shape[0]):
-                    wet_panels_adjoint(c, g)
-                for k in range(node.shape[0]):
-                    stress_adjoint(c, k)
-                for_cells_that_meet(c, push_cells_adjoint)
-                note_motion(c, s)
-            give_displaced(every)
-            give_particles(body_adjoint, cells, inverse_adjoint, sums, w)

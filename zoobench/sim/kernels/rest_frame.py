@@ -14,7 +14,7 @@ Particles are taken by cells, see `cell_lanes`.
 
 import taichi as ti
 
-from zoobench.sim.kernels.array_types import Rows, Scalars, Wide
+from zoobench.sim.kernels.array_types import Rows, Scalars
 from zoobench.sim.kernels.boundary import TERRAIN, WALL_NODES
 from zoobench.sim.kernels.cell_lanes import (
     FORCE,
@@ -24,15 +24,12 @@ from zoobench.sim.kernels.cell_lanes import (
     OF_MU,
     OF_TENSION,
     OF_VOLUME,
-    Cells,
     add_at,
     add_to_nodes,
-    load_cells,
     place_of,
     slope,
 )
 from zoobench.sim.kernels.columns import cofactor, determinant, dot, matrix, scale, zero_lanes
-from zoobench.sim.kernels.context import Context
 from zoobench.sim.kernels.elastic import SMALLEST_J
 from zoobench.sim.kernels.layout import (
     MASS,
@@ -46,14 +43,6 @@ from zoobench.sim.kernels.layout import (
     columns,
     put_columns,
     scene_constants,
-)
-from zoobench.sim.kernels.limb_contact import (
-    Limbs,
-    for_cells_that_meet,
-    forget_meetings,
-    note_motion,
-    push_cells,
-    renew_meetings,
 )
 from zoobench.sim.kernels.skin_contact import coulomb_friction, ground_below, layer_force
 from zoobench.sim.kernels.survey import largest_square
@@ -193,6 +182,19 @@ def moved(c: ti.template(), n):
 
 
 @ti.func
+def move_nodes(c: ti.template(), t):
+    """Places and velocities of all nodes of a world at slot t; one without mass stays."""
+    for n in range(c.cells.inverse.shape[1]):
+        if c.cells.inverse[c.w, n] > 0.0:
+            _before, v, _a = moved(c, n)
+            c.own_nodes[t, c.w, n, X] = c.own_nodes[c.s, c.w, n, X] + c.dt * v
+            c.own_nodes[t, c.w, n, V] = v
+        else:
+            c.own_nodes[t, c.w, n, X] = c.own_nodes[c.s, c.w, n, X]
+            c.own_nodes[t, c.w, n, V] = c.own_nodes[c.s, c.w, n, V]
+
+
+@ti.func
 def write_particles(state: ti.template(), nodes: ti.template(), cells: ti.template(), s, w):
     """Place, velocity and deformation gradient of the particles of a world at slot s."""
     for c in range(cells.node.shape[0]):
@@ -210,46 +212,6 @@ def write_particles(state: ti.template(), nodes: ti.template(), cells: ti.templa
                     ti.Vector([deformation[0][1][lane], deformation[1][1][lane], deformation[2][1][lane], zero]),
                     ti.Vector([deformation[0][2][lane], deformation[1][2][lane], deformation[2][2][lane], zero]),
                 ))  # fmt: skip
-
-
-@ti.kernel
-def advance_rest_frame(
-    state: Rows, nodes: Rows, body: Rows, plan: Scalars, dts: Scalars, constants: Scalars, terrain: Rows, node: Scalars,
-    particle: Scalars, shape: Scalars, slopes: Wide, turned: Wide, masses: Wide, weights: Wide, law: Wide,
-    inverse: Scalars, members: Scalars, first: Scalars, apart: Scalars, share: Wide, boxes: Rows, meeting: Scalars,
-    stride: int, variant: ti.template(),
-):  # fmt: skip
-    """The planned substeps of every world, each result `stride` slots further (0: in place). Particles are written in
-    the last slot alone."""
-    ti.loop_config(serialize=not variant.at_once)
-    for w in range(state.shape[1]):
-        scene = scene_constants(constants)
-        cells = Cells(node, particle, shape, slopes, turned, masses, weights, law, inverse)
-        limbs = Limbs(members, first, apart, share, boxes, meeting)
-        if plan[w, 1] > 0:
-            load_cells(body, cells, scene, w)
-            every = Context(
-                variant, own_nodes=nodes, cells=cells, limbs=limbs, scene=scene, terrain=terrain, dt=dts[w], w=w,
-                s=plan[w, 0],
-            )  # fmt: skip
-            forget_meetings(every)
-            for m in range(plan[w, 1]):
-                s = plan[w, 0] + m * stride
-                t = s + stride
-                c = every.but(s=s)
-                renew_meetings(c)
-                find_forces(c)
-                for_cells_that_meet(c, push_cells)
-                for n in range(inverse.shape[1]):
-                    if inverse[w, n] > 0.0:
-                        _before, v, _a = moved(c, n)
-                        nodes[t, w, n, X] = nodes[s, w, n, X] + dts[w] * v
-                        nodes[t, w, n, V] = v
-                    else:
-                        nodes[t, w, n, X] = nodes[s, w, n, X]
-                        nodes[t, w, n, V] = nodes[s, w, n, V]
-                note_motion(c, t)
-            write_particles(state, nodes, cells, plan[w, 0] + plan[w, 1] * stride, w)
 
 
 @ti.kernel

@@ -7,7 +7,6 @@ inverse_adjoint  [worlds, nodes] of the inverse masses
 
 import taichi as ti
 
-from zoobench.sim.kernels.array_types import Rows, Scalars, Wide
 from zoobench.sim.kernels.cell_lanes import (
     BY_FIBRE,
     BY_STIFFNESS,
@@ -22,26 +21,15 @@ from zoobench.sim.kernels.cell_lanes import (
     OF_VOLUME,
     WEAK,
     WEAKNESS,
-    Cells,
     add_at,
     add_to_nodes,
     lanes_of,
-    load_cells,
     place_of,
     slope,
 )
 from zoobench.sim.kernels.columns import dot, zero_lanes
-from zoobench.sim.kernels.context import Context
 from zoobench.sim.kernels.elastic import SMALLEST_J
-from zoobench.sim.kernels.layout import V, X, scene_constants
-from zoobench.sim.kernels.limb_contact import (
-    Limbs,
-    for_cells_that_meet,
-    forget_meetings,
-    note_motion,
-    push_cells_adjoint,
-    renew_meetings,
-)
+from zoobench.sim.kernels.layout import V, X
 from zoobench.sim.kernels.rest_frame import (
     along_fibre,
     inverse_transposed,
@@ -204,47 +192,3 @@ def give_particles(
                 body_adjoint[w, p, 1] += ti.Vector(
                     [sums[w, c, BY_FIBRE][lane], sums[w, c, BY_FIBRE + 1][lane], sums[w, c, BY_FIBRE + 2][lane], 0.0]
                 )
-
-
-@ti.kernel
-def reverse_rest_frame(
-    state: Rows, nodes: Rows, body: Rows, plan: Scalars, dts: Scalars, constants: Scalars, terrain: Rows, node: Scalars,
-    particle: Scalars, shape: Scalars, slopes: Wide, turned: Wide, masses: Wide, weights: Wide, law: Wide,
-    inverse: Scalars, members: Scalars, first: Scalars, apart: Scalars, share: Wide, boxes: Rows, meeting: Scalars,
-    inverse_adjoint: Scalars, sums: Wide, adjoint: Rows, nodes_adjoint: Rows, body_adjoint: Rows,
-    variant: ti.template(),
-):  # fmt: skip
-    """The adjoint of the planned substeps, from the slot past the last back to the first.
-
-    The adjoints of the state are updated in place (one slot); those of the parameters are added to.
-    """
-    ti.loop_config(serialize=not variant.at_once)
-    for w in range(state.shape[1]):
-        scene = scene_constants(constants)
-        cells = Cells(node, particle, shape, slopes, turned, masses, weights, law, inverse)
-        limbs = Limbs(members, first, apart, share, boxes, meeting)
-        if plan[w, 1] > 0:
-            load_cells(body, cells, scene, w)
-            every = Context(
-                variant, own_nodes=nodes, cells=cells, limbs=limbs, scene=scene, terrain=terrain, dt=dts[w], w=w,
-                s=plan[w, 0], nodes_adjoint=nodes_adjoint, inverse_adjoint=inverse_adjoint, sums=sums,
-            )  # fmt: skip
-            forget_meetings(every)
-            take_particles(adjoint, nodes_adjoint, cells, w)
-            for n in range(inverse.shape[1]):
-                inverse_adjoint[w, n] = 0.0 * scene.spacing
-            for cell in range(node.shape[0]):
-                for k in ti.static(range(6)):
-                    sums[w, cell, k] = lanes_of(0.0 * scene.spacing)
-            for m in range(plan[w, 1]):
-                s = plan[w, 0] + plan[w, 1] - 1 - m
-                c = every.but(s=s)
-                renew_meetings(c)
-                moved_adjoint(c)
-                for cell in range(node.shape[0]):
-                    stress_adjoint(c, cell)
-                    if ti.static(variant.skin):
-                        push_cell_adjoint(c, cell)
-                for_cells_that_meet(c, push_cells_adjoint)
-                note_motion(c, s)
-            give_particles(body_adjoint, cells, inverse_adjoint, sums, w)

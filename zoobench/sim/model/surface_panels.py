@@ -97,6 +97,12 @@ class SurfacePanels:
             bend=bend,
         )
 
+    @classmethod
+    def none(cls) -> "SurfacePanels":
+        """Those of a robot out of such water."""
+        whole, lanes = np.zeros((0, 0), np.int32), np.zeros((0, LANES, LANES))
+        return cls(cell=whole.ravel(), weights=lanes, given=lanes, around=whole, bend=np.zeros((0, 0, 6)))
+
 
 def _nearest_particles(body: ElasticBody, cells: RestCells, points: Array) -> tuple[NDArray[np.int64], Array]:
     """The cell of the particle of a held cell that is nearest to each point `[n]`, and its occupancy.
