@@ -5,10 +5,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import torch
 
 from tests.conformance.cells import cell
 from zoobench.cell.episode import Evaluation
 from zoobench.cell.problem import Problem
+from zoobench.cell.robot import Robot
 from zoobench.errors import BudgetExhaustedError, UsageError
 from zoobench.spec import Budget
 from zoobench.testing import DOUBLE
@@ -32,6 +34,24 @@ def test_every_substep_is_counted() -> None:
     assert meter.substeps == 3 * forward
     assert meter.episodes == 4
     assert meter.seconds > 0.0
+
+
+def test_controllers_are_computed_on_one_thread(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Before the simulator has started, too: the first gradient of a process had other last bits than the second."""
+    problem, threads, seen = Problem(cell()), torch.get_num_threads(), list[int]()
+
+    def draft(*_: object) -> None:
+        seen.append(torch.get_num_threads())
+        raise UsageError("seen")
+
+    monkeypatch.setattr(Robot, "draft", draft)
+    torch.set_num_threads(2)
+    try:
+        with pytest.raises(UsageError, match="seen"):
+            problem.loss_and_grad(_draws(problem, 1)[0])
+    finally:
+        torch.set_num_threads(threads)
+    assert seen == [1]
 
 
 @pytest.mark.parametrize("gradient", [False, True])

@@ -211,6 +211,8 @@ class Problem:
         """
         import torch
 
+        # as when the simulator starts, which is later: sums of more threads round otherwise
+        torch.set_num_threads(1)
         times = torch.arange(self.spec.frames, dtype=torch.float64) * FRAME_SECONDS
         return [self.robot.draft(torch.tensor(row[None], requires_grad=gradient), times) for row in parameters]
 
