@@ -13,7 +13,7 @@ import numpy as np
 
 from zoobench.arrays import Array
 from zoobench.report.entries import Entry, entry_labels
-from zoobench.report.listing import Listing, Measured, listing_of
+from zoobench.report.listing import Listing, Measured
 from zoobench.report.statistics import CONFIDENCE
 from zoobench.report.table_cell import TableCell
 from zoobench.report.tables import Table
@@ -33,20 +33,6 @@ Statistic = Callable[..., Array]
 
 
 @dataclass(frozen=True)
-class Bootstrapped:
-    """A figure with its confidence interval, whose ends are None where the seeds say nothing about the spread."""
-
-    value: float
-    low: float | None = None
-    high: float | None = None
-
-    @property
-    def estimate(self) -> Measured:
-        """As people are shown it."""
-        return Measured(self.value, self.low, self.high, by_ends=True)
-
-
-@dataclass(frozen=True)
 class PerformanceProfile:
     """The performance profile of an entry.
 
@@ -57,7 +43,7 @@ class PerformanceProfile:
 
     entry: Entry
     thresholds: tuple[float, ...]
-    shares: tuple[Bootstrapped, ...]
+    shares: tuple[Measured, ...]
 
 
 @dataclass(frozen=True)
@@ -76,29 +62,9 @@ class Aggregates:
     table: Table
     rows: int
     entries: tuple[Entry, ...]
-    means: dict[Entry, Bootstrapped]
+    means: dict[Entry, Measured]
     profiles: tuple[PerformanceProfile, ...]
-    improvements: dict[tuple[Entry, Entry], Bootstrapped]
-
-
-@dataclass(frozen=True)
-class OverRows:
-    """A figure of a method over all rows of a table, for programs.
-
-    Attributes:
-        statistic: `IQM`, or `improvement`, the probability that it scores higher than `other`.
-        rows: in which every method has a score from every seed.
-    """
-
-    controller: str
-    method: str
-    statistic: str
-    other_controller: str | None
-    other: str | None
-    value: float
-    low: float | None
-    high: float | None
-    rows: int
+    improvements: dict[tuple[Entry, Entry], Measured]
 
 
 def aggregate(table: Table) -> Aggregates:
@@ -135,8 +101,8 @@ def aggregate_listing(found: Aggregates) -> Listing:
         (
             names[entry],
             found.rows,
-            _shown(found.means.get(entry)),
-            *(_shown(found.improvements.get((entry, other))) for other in found.entries),
+            found.means.get(entry),
+            *(found.improvements.get((entry, other)) for other in found.entries),
         )
         for entry in found.entries
     ]
@@ -145,21 +111,18 @@ def aggregate_listing(found: Aggregates) -> Listing:
 
 
 def aggregate_records(found: Aggregates) -> Listing:
-    """The same for programs, a row for each figure."""
+    """The same for programs, a row for each figure: `IQM`, or `improvement`, the probability of it over `other`."""
     means = [((entry, None), mean) for entry, mean in found.means.items()]
     rows = [
-        OverRows(
+        (
             str(entry.controller), str(entry.method), "IQM" if other is None else "improvement",
             other and str(other.controller), other and str(other.method),
             value.value, value.low, value.high, found.rows,
         )
         for (entry, other), value in [*means, *found.improvements.items()]
     ]  # fmt: skip
-    return listing_of(OverRows, rows)
-
-
-def _shown(found: Bootstrapped | None) -> Measured | None:
-    return None if found is None else found.estimate
+    columns = ("controller", "method", "statistic", "other_controller", "other", "value", "low", "high", "rows")
+    return Listing(columns, tuple(rows))
 
 
 def _is_complete(cell: TableCell | None) -> bool:
@@ -171,7 +134,7 @@ def _is_whole(cell: TableCell) -> bool:
     return cell.count == cell.asked and cell.count > 0
 
 
-def _improvement(cells: Sequence[TableCell | None], others: Sequence[TableCell | None]) -> Bootstrapped | None:
+def _improvement(cells: Sequence[TableCell | None], others: Sequence[TableCell | None]) -> Measured | None:
     """The probability of improvement; None where no row has both methods."""
     pairs = [
         (np.array(one.scores), np.array(other.scores))
@@ -186,16 +149,16 @@ def _profile(entry: Entry, rows: Sequence[Array]) -> PerformanceProfile:
     value = _mean(*above)
     low, high = _interval(above, _mean) or (None, None)
     ends = [(None, None)] * len(value) if low is None or high is None else zip(low, high, strict=True)
-    return PerformanceProfile(
-        entry, tuple(_THRESHOLDS), tuple(Bootstrapped(share, *end) for share, end in zip(value, ends, strict=True))
-    )
+    shares = (Measured(share, *end, by_ends=True) for share, end in zip(value, ends, strict=True))
+    return PerformanceProfile(entry, tuple(_THRESHOLDS), tuple(shares))
 
 
-def _estimate(samples: Sequence[Array], statistic: Statistic) -> Bootstrapped:
-    found = _interval(samples, statistic)
+def _estimate(samples: Sequence[Array], statistic: Statistic) -> Measured:
+    """A figure with its interval, which it does not have where the seeds say nothing about the spread."""
+    found, value = _interval(samples, statistic), float(statistic(*samples))
     if found is None or found[0] == found[1]:  # equal scores say nothing about the spread
-        return Bootstrapped(float(statistic(*samples)))
-    return Bootstrapped(float(statistic(*samples)), float(found[0]), float(found[1]))
+        return Measured(value)
+    return Measured(value, float(found[0]), float(found[1]), by_ends=True)
 
 
 def _interval(samples: Sequence[Array], statistic: Statistic) -> tuple[Array, Array] | None:
