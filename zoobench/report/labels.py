@@ -3,7 +3,7 @@
 from collections.abc import Collection, Iterable
 
 from zoobench.registry import Kind, unusual
-from zoobench.spec import Ref, Scalar
+from zoobench.spec import Budget, Ref, Scalar
 
 
 def labels(refs: Iterable[Ref], kind: Kind | None = None) -> dict[Ref, str]:
@@ -32,10 +32,12 @@ def _differs(key: str, value: Scalar, family: Collection[Ref]) -> bool:
     return any(other.kwargs.get(key) != value for other in family)
 
 
-def in_order(ref: Ref) -> tuple[object, ...]:
-    """The key by which references are sorted: names and texts by the alphabet, versions and numbers by their size."""
-    params = ((key, *_by_size(value)) for key, value in ref.params)
-    return ref.name, ref.version, tuple(params)
+def in_order(setting: Ref | Budget | int) -> tuple[object, ...]:
+    """The key by which settings are sorted: names and texts by the alphabet, versions and numbers by their size."""
+    if isinstance(setting, Ref):
+        params = ((key, *_by_size(value)) for key, value in setting.params)
+        return setting.name, setting.version, tuple(params)
+    return (setting.kind, setting.amount) if isinstance(setting, Budget) else (setting,)
 
 
 def _by_size(value: Scalar) -> tuple[int, float, str]:

@@ -14,16 +14,16 @@ from zoobench.report.cells import cells_of
 from zoobench.report.curve import Curve, points, read_curves
 from zoobench.report.entries import Entry, entries_of, entry_of, is_external
 from zoobench.report.footer import machine_text
-from zoobench.report.labels import in_order, labels
+from zoobench.report.labels import labels
 from zoobench.report.listing import Listing
 from zoobench.report.normalise import REFERENCES
 from zoobench.report.provisional import marked
 from zoobench.report.run_results import SCORE, RunResult
 from zoobench.report.statistics import t_interval
 from zoobench.report.table_cell import EQUAL_COST, TableCell, compare
-from zoobench.report.tables import Row, Spending, Table, in_places, methods_of
+from zoobench.report.tables import Row, Spending, Table, grouped, methods_of, place_of
 from zoobench.report.units import in_units
-from zoobench.spec import AXES, WALL_GAP, BudgetKind, Ref
+from zoobench.spec import AXES, WALL_GAP, BudgetKind
 
 if TYPE_CHECKING:
     from zoobench.db.query import Reader
@@ -112,11 +112,12 @@ def spending_tables(
         amount: the amount spent; in each row the largest amount that all its finished runs have reached if None.
     """
     tables = []
-    for (fidelity, frames), members in in_settings(furthest(comparable_results(results), known)):
+    compared = furthest(comparable_results(results), known)
+    for (fidelity, frames), members in grouped(compared, lambda spec: (spec.fidelity, spec.frames)):
         entries = entries_of(result.spec for result in members)
         own = {result.run.spec.budget for result in members if not is_external(result.spec.method)}
         budgets = sorted(own, key=lambda budget: (budget.kind, budget.amount))
-        rows = tuple(Row(*place, *_row(group, entries, known, amount)) for place, group in in_places(members))
+        rows = tuple(Row(*place, *_row(group, entries, known, amount)) for place, group in grouped(members, place_of))
         tables.append(Table(fidelity, frames, Spending(kind, amount, tuple(budgets)), entries, rows))
     return tables
 
@@ -169,26 +170,15 @@ def curves_overview(
 
 
 def cells(results: Iterable[RunResult], known: Mapping[int, LearningCurve]) -> list[list[RunResult]]:
-    """The results that have a curve, those together that differ by method, seed and budget alone; sorted by name."""
+    """The results that have a curve, as `in_cells`."""
     able = [result for result in furthest(comparable_results(results), known) if result.run.id in known]
-    return [group for _, members in in_settings(able) for _, group in in_rows(members)]
+    return in_cells(able)
 
 
-def in_rows(results: Iterable[RunResult]) -> list[tuple[tuple[Ref, ...], list[RunResult]]]:
-    """The results by environment, task, design and controller, in order."""
-    grouped: dict[tuple[Ref, ...], list[RunResult]] = {}
-    for result in results:
-        spec = result.spec
-        grouped.setdefault((spec.env, spec.task, spec.design, spec.controller), []).append(result)
-    return sorted(grouped.items(), key=lambda item: tuple(map(in_order, item[0])))
-
-
-def in_settings(results: Iterable[RunResult]) -> list[tuple[tuple[Ref, int], list[RunResult]]]:
-    """The results by fidelity and episode length, which are never mixed; sorted by name."""
-    settings: dict[tuple[Ref, int], list[RunResult]] = {}
-    for result in results:
-        settings.setdefault((result.run.spec.fidelity, result.run.spec.frames), []).append(result)
-    return sorted(settings.items(), key=lambda item: (in_order(item[0][0]), item[0][1]))
+def in_cells(results: Iterable[RunResult]) -> list[list[RunResult]]:
+    """The results, those together that differ by method, seed and budget alone; sorted by name."""
+    found = grouped(results, lambda spec: (spec.fidelity, spec.frames, *place_of(spec), spec.controller))
+    return [group for _, group in found]
 
 
 def _row(

@@ -5,7 +5,7 @@ its 95 % Student-t interval, and the outcomes of seeds without a score. Agents t
 budget: they have a column in every table that has their row, and win and lose nothing.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
@@ -152,18 +152,14 @@ def tables_of_cells(cells: Iterable[Cell]) -> list[Table]:
         homes = [setting for setting, own in places.items() if setting[:2] == level and place_of(cell.spec) in own]
         for setting in homes or [(*level, cell.spec.budget)]:
             settings.setdefault(setting, []).append(cell)
-
-    def rank(setting: tuple[Ref, int, Budget]) -> tuple[object, ...]:
-        fidelity, frames, budget = setting
-        return setting not in places, in_order(fidelity), frames, budget.kind, budget.amount
-
-    return [_table(*setting, settings[setting]) for setting in sorted(settings, key=rank)]
+    ordered = sorted(settings, key=lambda setting: (setting not in places, *map(in_order, setting)))
+    return [_table(*setting, settings[setting]) for setting in ordered]
 
 
 def _table(fidelity: Ref, frames: int, budget: Budget, cells: list[Cell]) -> Table:
     entries = entries_of(cell.spec for cell in cells)
     is_even = budget.kind == "seconds"
-    rows = [Row(*place, compare(group, entries, is_even=is_even)) for place, group in in_places(cells)]
+    rows = [Row(*place, compare(group, entries, is_even=is_even)) for place, group in grouped(cells, place_of)]
     return Table(fidelity, frames, budget, entries, tuple(rows))
 
 
@@ -185,17 +181,17 @@ def repeat_commands(table: Table, specs: Iterable[RunSpec]) -> list[str]:
 
 
 S = TypeVar("S", Cell, RunResult)
-Place = tuple[Ref, Ref, Ref]
+K = TypeVar("K", bound=tuple[Ref | int, ...])
 
 
-def place_of(spec: RunSpec) -> Place:
+def place_of(spec: RunSpec) -> tuple[Ref, Ref, Ref]:
     """The row of a run: environment, task and design."""
     return spec.env, spec.task, spec.design
 
 
-def in_places(members: Iterable[S]) -> list[tuple[Place, list[S]]]:
-    """The members of each row of a table, in order."""
-    grouped: dict[Place, list[S]] = {}
+def grouped(members: Iterable[S], key: Callable[[RunSpec], K]) -> list[tuple[K, list[S]]]:
+    """The members by some of their settings, in order of these."""
+    groups: dict[K, list[S]] = {}
     for member in members:
-        grouped.setdefault(place_of(member.spec), []).append(member)
-    return sorted(grouped.items(), key=lambda item: tuple(map(in_order, item[0])))
+        groups.setdefault(key(member.spec), []).append(member)
+    return sorted(groups.items(), key=lambda item: tuple(map(in_order, item[0])))

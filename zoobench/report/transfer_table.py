@@ -159,13 +159,7 @@ def _setting(row: Document, spec: RunSpec | None) -> Setting:
 
 def _order(setting: Setting) -> list[object]:
     """The key by which settings are sorted."""
-    return [_rank(value) for value in setting if value is not None]
-
-
-def _rank(value: Ref | Budget | int) -> object:
-    if isinstance(value, Ref):
-        return in_order(value)
-    return (value.kind, value.amount) if isinstance(value, Budget) else value
+    return [in_order(value) for value in setting if value is not None]
 
 
 def _estimate(each: Tried | None, quantity: Quantity) -> Measured | None:

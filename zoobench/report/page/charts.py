@@ -14,7 +14,7 @@ from zoobench.report.curve_plot import AMOUNTS, line, reference_means, titles_of
 from zoobench.report.entries import entry_labels
 from zoobench.report.foreign_text import visible
 from zoobench.report.labels import labels
-from zoobench.report.learning_curves import LearningCurve, cells, comparable_results, in_rows, in_settings
+from zoobench.report.learning_curves import LearningCurve, cells, comparable_results, in_cells
 from zoobench.report.page.sections import Accuracy, Level, Section
 from zoobench.report.palette import DASHES, Style, styles, styles_of
 from zoobench.report.run_results import RunResult
@@ -91,7 +91,7 @@ def cost_chart(section: Section, accuracy: Accuracy) -> Chart | None:
         for result in comparable_results(section.results)
         if result.run.state is RunState.DONE and result.score is not None and math.isfinite(result.score.value)
     ]
-    groups = [group for _, members in in_settings(scored) for _, group in in_rows(members)]
+    groups = in_cells(scored)
     error_at = cache(accuracy)  # there are more runs than places
     names = _labels(section)
     points = [
