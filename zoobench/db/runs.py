@@ -1,6 +1,7 @@
 """Runs with their settings, and the outcomes of cells, read as tuples: there may be a hundred thousand of them."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import cache
 from itertools import chain
 from typing import Any
@@ -45,12 +46,16 @@ def fetch_runs(session: Session, chosen: Choice | None = None, *conditions: Colu
     """The runs that are chosen and fulfil the conditions, by id; the session stays in use until the last."""
     chosen = chosen or Choice()
     statement = _runs().where(*chosen.conditions, *conditions)
-    spec_of = _reader(session)
-    for row in _rows(session, statement):
-        key, seed, long = row[:3]
-        spec = spec_of(key, seed, row[3:_SPEC_COUNT], long)
-        if spec is not None and chosen.holds(spec):
-            yield _run_row(key, spec, row[_SPEC_COUNT:])
+    for cell, key, seed, (*own, state, former, seconds) in _read(session, statement):
+        if chosen.holds(cell):
+            yield RunRow(
+                **dict(zip(_OWN, own, strict=True)),
+                key=key,
+                spec=replace(cell, seed=seed),
+                state=RunState.stored(state),
+                first_attempt=former + 1,
+                seconds=seconds or 0.0,
+            )
 
 
 @cache
@@ -69,26 +74,20 @@ def fetch_cells(session: Session, chosen: Choice, names: Sequence[str]) -> Itera
     for name, final in zip(names, finals, strict=True):
         statement = statement.outerjoin(final, _is_final(final, name))
     statement = statement.where(*chosen.conditions).order_by(RunRecord.id)
-    cell_of = _reader(session).cell
     states = {str(state): state for state in RunState}
-    for row in _rows(session, statement):
-        key, seed, long = row[:3]
-        run_id, state, unit = row[_SPEC_COUNT : _SPEC_COUNT + 3]
-        spec = cell_of(key, seed, row[3:_SPEC_COUNT], long)
-        if spec is not None and chosen.holds(spec):
-            yield CellRun(spec, run_id, seed, states.get(state, RunState.FAILED), unit or "", row[_SPEC_COUNT + 3 :])
+    for cell, _, seed, (run_id, state, unit, *values) in _read(session, statement):
+        if chosen.holds(cell):
+            yield CellRun(cell, run_id, seed, states.get(state, RunState.FAILED), unit or "", values)
 
 
 def fetch_past(session: Session, *conditions: ColumnElement[bool]) -> Iterator[PastRun]:
     """The runs that are DONE, fulfil the conditions and have taken time, by id."""
     forward, backward = aliased(FinalRecord), aliased(FinalRecord)
     statement = _past(_with_specs((_seconds(), forward.value, backward.value)), forward, backward)
-    cell_of = _reader(session).cell
-    for row in _rows(session, statement.where(*conditions).order_by(RunRecord.id)):
-        key, seed, long = row[:3]
-        seconds, substeps, others = row[_SPEC_COUNT:]
-        if seconds and (spec := cell_of(key, seed, row[3:_SPEC_COUNT], long)):
-            yield PastRun(spec, seconds, substeps or 0.0, others or 0.0)
+    statement = statement.where(*conditions).order_by(RunRecord.id)
+    for cell, _, _, (seconds, substeps, others) in _read(session, statement):
+        if seconds:
+            yield PastRun(cell, seconds, substeps or 0.0, others or 0.0)
 
 
 def fetch_totals(session: Session) -> list[PastTotal]:
@@ -121,26 +120,28 @@ def _past(statement: Any, forward: Any, backward: Any) -> Any:
     )
 
 
-_SPEC_COUNT = 3 + len(CELL_COLUMNS)
+def _read(session: Session, statement: Select[Any]) -> Iterator[tuple[RunSpec, str, int, Sequence[Any]]]:
+    """The rows of a statement by `_with_specs`: settings of the cell, key, seed, and the columns that were asked for.
 
+    Rows are as the driver gives them: a session would put each together anew. One with damaged settings is left out.
+    """
 
-def _rows(session: Session, statement: Select[Any]) -> Iterable[Any]:
-    """The rows of a statement on columns, as the driver gives them: a session would put each together anew."""
+    def document(key: str) -> str:
+        return session.scalars(select(SpecRecord.document).where(SpecRecord.key == key)).one()
+
+    cell_of = SpecReader(document).cell
+    count = 3 + len(CELL_COLUMNS)
     result = session.connection().execute(statement, execution_options={"yield_per": _AT_ONCE})
-    return chain.from_iterable(result.partitions())
+    for row in chain.from_iterable(result.partitions()):
+        key, seed, long = row[:3]
+        if (cell := cell_of(key, seed, row[3:count], long)) is not None:
+            yield cell, key, seed, row[count:]
 
 
 def _with_specs(columns: tuple[Any, ...]) -> Select[Any]:
     """A statement on runs and their settings: key, seed, a long document, the columns of the cell, then these."""
     spec = (SpecRecord.key, SpecRecord.seed, long_document(), *CELL_COLUMNS)
     return select(*spec, *columns).select_from(RunRecord).join(SpecRecord, SpecRecord.key == RunRecord.spec_key)
-
-
-def _reader(session: Session) -> SpecReader:
-    def document(key: str) -> str:
-        return session.scalars(select(SpecRecord.document).where(SpecRecord.key == key)).one()
-
-    return SpecReader(document)
 
 
 def _seconds() -> ScalarSelect[float | None]:
@@ -157,15 +158,3 @@ def _seconds() -> ScalarSelect[float | None]:
 def _is_final(final: Any, name: str) -> ColumnElement[bool]:
     """Only a run that is DONE has finals; one that is being done again keeps its former ones in the database."""
     return and_(final.run_id == RunRecord.id, final.name == name, RunRecord.state == RunState.DONE)
-
-
-def _run_row(key: str, spec: RunSpec, columns: Sequence[Any]) -> RunRow:
-    *own, state, former, seconds = columns
-    return RunRow(
-        **dict(zip(_OWN, own, strict=True)),
-        key=key,
-        spec=spec,
-        state=RunState.stored(state),
-        first_attempt=former + 1,
-        seconds=seconds or 0.0,
-    )

@@ -63,13 +63,11 @@ class SpecReader:
         self._refs: dict[str, tuple[Ref, str]] = {}
         self._from_documents: dict[RunSpec, RunSpec] = {}
 
-    def __call__(self, key: str, seed: int, columns: CellColumns, long: str | None = None) -> RunSpec | None:
-        """The settings of a run by its key, its seed, the `CELL_COLUMNS` and `long_document`."""
-        cell = self.cell(key, seed, columns, long)
-        return cell and replace(cell, seed=seed)
+    def cell(self, key: str, seed: int, columns: CellColumns, long: str | None) -> RunSpec | None:
+        """The settings of a run by its key, its seed, the `CELL_COLUMNS` and `long_document`.
 
-    def cell(self, key: str, seed: int, columns: CellColumns, long: str | None = None) -> RunSpec | None:
-        """The same with the seed 0: one object for all runs of a cell."""
+        They have the seed 0: one object for all runs of a cell.
+        """
         if long is None and (cell := self.columns_cell(key, seed, columns)) is not None:
             return cell
         try:
