@@ -215,36 +215,24 @@ class Store(Reader):
                     origin |= {"plugins": found} if plugins and (found := plugins(spec)) else {}
                 except StorageError as error:  # nobody can do it, and the queue goes on
                     refusal = str(error)
-                self._open_attempt(session, run, owner, origin, started_at=now, resumed=checkpoint is not None)
+                session.add(
+                    AttemptRecord(
+                        run_id=run.id,
+                        number=run.attempt,
+                        outcome=RunState.RUNNING,
+                        owner=str(owner),
+                        host=owner.host,
+                        provenance_hash=keep_provenance(self._database, session, origin),
+                        started_at=now,
+                        resumed=checkpoint is not None,
+                    )
+                )
                 if refusal:
                     close_attempt(session, run.id, run.attempt, Ending(RunState.FAILED, refusal))
                     continue
                 data = checkpoint.data if checkpoint else None
                 return Claim(run.id, spec, str(owner), run.attempt, data, stored, time.monotonic())
         return None
-
-    def _open_attempt(
-        self,
-        session: Session,
-        run: RunRecord,
-        owner: Owner,
-        provenance: Mapping[str, Any],
-        *,
-        started_at: float,
-        resumed: bool,
-    ) -> None:
-        session.add(
-            AttemptRecord(
-                run_id=run.id,
-                number=run.attempt,
-                outcome=RunState.RUNNING,
-                owner=str(owner),
-                host=owner.host,
-                provenance_hash=keep_provenance(self._database, session, provenance),
-                started_at=started_at,
-                resumed=resumed,
-            )
-        )
 
     def commit(self, claim: Claim, batch: Batch) -> None:
         """Store the messages of the child and renew the lease, in one transaction.
