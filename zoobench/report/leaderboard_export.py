@@ -16,7 +16,7 @@ from zoobench.errors import UsageError
 from zoobench.report.curve import Curve
 from zoobench.report.lasting import Lasting
 from zoobench.report.leaderboard import MISSING, Attempt, BoardRow, FinerScore, Leaderboard
-from zoobench.report.run_results import SMOKE
+from zoobench.report.run_results import SMOKE, finals_record
 from zoobench.spec import AXES, Ref, RunSpec, canonical_json
 
 FORMAT = 1
@@ -91,11 +91,7 @@ def _record(row: BoardRow, cell: Mapping[str, Any], documents: list[Mapping[str,
         "state": str(row.state),
         "reason": row.reason,
         "seconds": round(row.seconds, 3),
-        "finals": {
-            # JSON holds no NaN and no infinity: such a value is null.
-            name: {"value": final.value if math.isfinite(final.value) else None, "unit": final.unit}
-            for name, final in row.finals.items()
-        },
+        "finals": finals_record(row.finals),
         "attempts": [
             {
                 "started_at": round(attempt.started_at, 3),

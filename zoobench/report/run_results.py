@@ -1,8 +1,9 @@
 """The runs of a database with their final values, as tables and listings need them."""
 
-from collections.abc import Collection, Iterable, Iterator
+import math
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from zoobench.db.many_rows import OriginRow
 from zoobench.db.rows import FinalRow, RunRow, RunState
@@ -50,6 +51,14 @@ class RunResult:
     def is_probe(self) -> bool:
         """Whether this run measured the simulator, not a method."""
         return self.run.spec.method.name == PROBE
+
+
+def finals_record(finals: Mapping[str, FinalRow]) -> dict[str, dict[str, Any]]:
+    """Finals by name as JSON takes them, which holds no NaN and no infinity: such a value is null."""
+    return {
+        name: {"value": final.value if math.isfinite(final.value) else None, "unit": final.unit}
+        for name, final in sorted(finals.items())
+    }
 
 
 OVERVIEW = (SCORE, WALL_GAP)

@@ -11,7 +11,7 @@ from zoobench.report.leaderboard import BoardRow
 from zoobench.report.listing import Listing, percent
 from zoobench.report.normalise import REFERENCES
 from zoobench.report.provisional import footnotes, marked
-from zoobench.report.run_results import SCORE, RunResult
+from zoobench.report.run_results import SCORE, RunResult, finals_record
 from zoobench.spec import AXES, WALL_GAP, Budget, Ref, RunSpec, is_at_wall, repeat_command
 from zoobench.tasks.quantities import heading, quantity_of
 
@@ -117,7 +117,19 @@ def results_rows(results: Iterable[RunResult], finals: Sequence[tuple[str, str]]
 
 def results_record(result: RunResult) -> dict[str, Any]:
     """The stable JSON form of a result: the run, its whole spec, and `finals` as name -> value and unit."""
-    return {**_run_record(result), "finals": _finals_record(result)}
+    run = result.run
+    return {
+        "run": run.id,
+        "key": run.key,
+        "spec": run.spec.to_dict(),
+        "state": str(run.state),
+        "reason": run.reason,
+        "attempts": run.attempt,
+        "seconds": round(run.seconds, 3),
+        "is_smoke": result.is_smoke,
+        "provisional": " ".join(footnotes([run.spec.env])) or None,
+        "finals": finals_record(result.finals),
+    }
 
 
 def running_listing(runs: Sequence[RunRow], now: float | None = None) -> Listing:
@@ -226,21 +238,6 @@ def _short_names(specs: Sequence[RunSpec]) -> list[tuple[str, ...]]:
     return [tuple(by_id[axis][id(getattr(spec, axis))] for axis in _SHORT_AXES) for spec in specs]
 
 
-def _run_record(result: RunResult) -> dict[str, Any]:
-    run = result.run
-    return {
-        "run": run.id,
-        "key": run.key,
-        "spec": run.spec.to_dict(),
-        "state": str(run.state),
-        "reason": run.reason,
-        "attempts": run.attempt,
-        "seconds": round(run.seconds, 3),
-        "is_smoke": result.is_smoke,
-        "provisional": " ".join(footnotes([run.spec.env])) or None,
-    }
-
-
 def score_text(task: Ref, score: float, unit: str = "", digits: int = 4) -> str:
     """A score as it is said, see `Quantity.text`."""
     return quantity_of(task, unit).text(score, digits)
@@ -257,14 +254,6 @@ def finals_shown(task: Ref, finals: Mapping[str, Mapping[str, Any]]) -> list[tup
             value *= quantity.sign
         shown.append((name.replace("score", quantity.noun) if is_score else name, value, final["unit"]))
     return shown
-
-
-def _finals_record(result: RunResult) -> dict[str, Any]:
-    # JSON holds no NaN and no infinity: such a value is null.
-    return {
-        name: {"value": final.value if math.isfinite(final.value) else None, "unit": final.unit}
-        for name, final in sorted(result.finals.items())
-    }
 
 
 def _attempt_record(attempt: AttemptRow) -> dict[str, Any]:
