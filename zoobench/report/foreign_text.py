@@ -1,11 +1,11 @@
 """Text that others wrote, such as names, reasons and log lines, where some signs do more than stand there."""
 
+import html
 import re
 
 # all but tab and newline of the control characters; those that turn the direction of writing; halves of pairs
 _UNSEEN = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
 _FORMULA = re.compile(r"\s*[=+\-@].")
-_HTML = {"&": "&amp;", "<": "&lt;", ">": "&gt;"}
 
 
 def visible(text: str) -> str:
@@ -26,8 +26,7 @@ def in_csv(text: str) -> str:
 
 def in_markdown(text: str) -> str:
     """For Markdown: no HTML and no link."""
-    escaped = re.sub("[&<>]", lambda found: _HTML[found[0]], visible(text))
-    return escaped.replace("](", "]\\(")
+    return html.escape(visible(text), quote=False).replace("](", "]\\(")
 
 
 def _is_number(text: str) -> bool:

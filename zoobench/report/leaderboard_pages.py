@@ -48,15 +48,10 @@ def tables_of(board: Leaderboard) -> list[Table]:
     return with_lasting(tables, known)
 
 
-def without_empty_rows(tables: Iterable[Table]) -> list[Table]:
-    """The tables with the rows for which some run exists; those without any stay out."""
-    kept = [replace(table, rows=tuple(row for row in table.rows if not row.is_empty)) for table in tables]
-    return [table for table in kept if table.rows]
-
-
 def judged(tables: Iterable[Table], orders_of: OrdersOf) -> list[Table]:
-    """The tables without empty rows, with marks at differences that the fidelity cannot decide."""
-    return mark_undecided(without_empty_rows(tables), orders_of)
+    """The tables with the rows for which some run exists, and marks at differences that the fidelity cannot decide."""
+    kept = [replace(table, rows=tuple(row for row in table.rows if not row.is_empty)) for table in tables]
+    return mark_undecided([table for table in kept if table.rows], orders_of)
 
 
 def csv_page(board: Leaderboard, orders_of: OrdersOf) -> str:
