@@ -63,19 +63,18 @@ def curve_chart(section: Section) -> Chart | None:
     if not found:
         return None
     kind = next(iter(section.known.values())).kind
-    x = {"field": "spent", "type": "quantitative", "title": AMOUNTS[kind]}
+    x = _number("spent", AMOUNTS[kind])
     look = _look(names)
     step = {"interpolate": "step-after"}
     spot = _tooltip("method", spent=AMOUNTS[kind], mean="mean of the seeds", low="lowest", high="highest")
     return _chart(
         _chosen([point["cell"] for point in found]),
         [
-            {"data": {"name": "lines"}, "mark": {"type": "area", "opacity": 0.18, **step},
-             "encoding": {"x": x, "y": _score("low", noun), "y2": {"field": "high"}, "color": look["color"]}},
-            {"data": {"name": "lines"}, "mark": {"type": "line", "point": {"size": 14}, **step},
-             "encoding": {"x": x, "y": _score("mean", noun), **look, "tooltip": spot}},
-            {"data": {"name": "rules"}, "mark": {"type": "rule", "strokeDash": [2, 3], "color": _INK},
-             "encoding": {"y": _score("level", noun), "tooltip": _tooltip("reference", level=noun)}},
+            _layer("lines", _band(x, _score("low", noun), look), type="area", opacity=0.18, **step),
+            _layer("lines", {"x": x, "y": _score("mean", noun), **look, "tooltip": spot},
+                   type="line", point={"size": 14}, **step),
+            _layer("rules", {"y": _score("level", noun), "tooltip": _tooltip("reference", level=noun)},
+                   type="rule", strokeDash=[2, 3], color=_INK),
         ],
         lines=found, rules=rules,
     )  # fmt: skip
@@ -102,18 +101,13 @@ def cost_chart(section: Section, accuracy: Accuracy) -> Chart | None:
     if not points:
         return None
     noun = heading(group[0].quantity for group in groups)
-    x = {"field": "seconds", "type": "quantitative", "scale": _LOG, "title": "wall time of the run [s]"}
+    x = _number("seconds", "wall time of the run [s]", scale=_LOG)
     look = _look(names)
     spot = _tooltip("method", "seed", "unit", score=noun, seconds="wall time [s]", error="known error of the fidelity")
-    bars: Chart = {
-        "data": {"name": "runs"}, "transform": [{"filter": "isValid(datum.low)"}],
-        "mark": {"type": "rule", "opacity": 0.5},
-        "encoding": {"x": x, "y": _score("low", noun), "y2": {"field": "high"}, "color": look["color"]},
-    }  # fmt: skip
-    dots: Chart = {
-        "data": {"name": "runs"}, "mark": {"type": "point", "filled": True, "size": 60},
-        "encoding": {"x": x, "y": _score("score", noun), "color": look["color"], "tooltip": spot},
-    }  # fmt: skip
+    bars = _layer("runs", _band(x, _score("low", noun), look), type="rule", opacity=0.5)
+    bars["transform"] = [{"filter": "isValid(datum.low)"}]
+    encoding = {"x": x, "y": _score("score", noun), "color": look["color"], "tooltip": spot}
+    dots = _layer("runs", encoding, type="point", filled=True, size=60)
     layers = [bars, dots] if any("low" in point for point in points) else [dots]
     return _chart(_chosen([point["cell"] for point in points]), layers, runs=points)
 
@@ -132,23 +126,17 @@ def accuracy_chart(section: Section, levels: Sequence[Level]) -> Chart | None:
     ]  # fmt: skip
     if not points:
         return None
-    x = {"field": "seconds", "type": "quantitative", "scale": _LOG, "title": "CPU s per simulated second"}
-    y = {"field": "error", "type": "quantitative", "axis": {"format": ".0%"}, "title": "known error of scores"}
+    x = _number("seconds", "CPU s per simulated second", scale=_LOG)
+    y = _number("error", "known error of scores", axis={"format": ".0%"})
     spot = _tooltip("place", "fidelity", error="error", seconds="CPU s per simulated second")
     key = {"orient": "bottom", "symbolFillColor": _INK, "symbolStrokeColor": _INK}
     shape = {"field": "fidelity", "type": "nominal", "title": None, "legend": key}
     scheme = "tableau10" if len({point["place"] for point in points}) <= 10 else "tableau20"
     colour = {"field": "place", "type": "nominal", "title": None, "scale": {"scheme": scheme}}
-    return _chart(
-        {},
-        [
-            {"data": {"name": "levels"}, "mark": {"type": "line", "opacity": 0.5},
-             "encoding": {"x": x, "y": y, "color": colour}},
-            {"data": {"name": "levels"}, "mark": {"type": "point", "filled": True, "size": 70},
-             "encoding": {"x": x, "y": y, "color": colour, "shape": shape, "tooltip": spot}},
-        ],
-        levels=points,
-    )  # fmt: skip
+    encoding: Chart = {"x": x, "y": y, "color": colour}
+    lines = _layer("levels", encoding, type="line", opacity=0.5)
+    dots = _layer("levels", {**encoding, "shape": shape, "tooltip": spot}, type="point", filled=True, size=70)
+    return _chart({}, [lines, dots], levels=points)
 
 
 def profile_chart(found: Aggregates) -> Chart | None:
@@ -162,21 +150,14 @@ def profile_chart(found: Aggregates) -> Chart | None:
     ]  # fmt: skip
     if not points:
         return None
-    x = {"field": "threshold", "type": "quantitative", "title": "normalised score", "scale": {"nice": False}}
+    x = _number("threshold", "normalised score", scale={"nice": False})
     by_entry = styles_of({entry: entry.method for entry in names})
     look = _scales({visible(name): by_entry[entry] for entry, name in names.items()})
     title = "share of runs above it"
-    y = {"type": "quantitative", "title": title}
-    band = {
-        "data": {"name": "profiles"}, "mark": {"type": "area", "opacity": 0.18},
-        "encoding": {"x": x, "y": {"field": "low", **y}, "y2": {"field": "high"}, "color": look["color"]},
-    }  # fmt: skip
-    line_of_shares: Chart = {
-        "data": {"name": "profiles"}, "mark": {"type": "line"},
-        "encoding": {"x": x, "y": {"field": "share", **y}, **look,
-                     "tooltip": _tooltip("method", threshold="normalised score", share=title)},
-    }  # fmt: skip
-    layers: list[Chart] = [line_of_shares] if points[0]["low"] is None else [band, line_of_shares]
+    spot = _tooltip("method", threshold="normalised score", share=title)
+    band = _layer("profiles", _band(x, _number("low", title), look), type="area", opacity=0.18)
+    line_of_shares = _layer("profiles", {"x": x, "y": _number("share", title), **look, "tooltip": spot}, type="line")
+    layers = [line_of_shares] if points[0]["low"] is None else [band, line_of_shares]
     return _chart({}, layers, profiles=points)
 
 
@@ -215,8 +196,22 @@ def _scales(by_name: Mapping[str, Style]) -> Chart:
     }
 
 
-def _score(name: str, noun: str) -> Chart:
-    return {"field": name, "type": "quantitative", "title": noun, "scale": {"zero": False}}
+def _layer(data: str, encoding: Chart, **mark: Any) -> Chart:
+    """A layer: which data are drawn, by which marks, and what of them the marks show."""
+    return {"data": {"name": data}, "mark": mark, "encoding": encoding}
+
+
+def _band(x: Chart, low: Chart, look: Chart) -> Chart:
+    """The encoding of a band or a bar, from the field of its lower end to `high`."""
+    return {"x": x, "y": low, "y2": {"field": "high"}, "color": look["color"]}
+
+
+def _number(field: str, title: str, **more: Chart) -> Chart:
+    return {"field": field, "type": "quantitative", "title": title, **more}
+
+
+def _score(field: str, noun: str) -> Chart:
+    return _number(field, noun, scale={"zero": False})
 
 
 def _tooltip(*same: str, **titled: str) -> list[Chart]:
