@@ -15,7 +15,7 @@ from zoobench.db.models import AttemptRecord, FinalRecord, MetricRecord, Provena
 from zoobench.db.rows import AttemptRow, FinalRow, MetricRow, RunRow, RunState, decode_value, document_of
 from zoobench.db.runs import fetch_cells, fetch_past, fetch_runs, fetch_totals, last_former_attempt
 from zoobench.db.specs import column_text
-from zoobench.db.sweeps import in_sweep
+from zoobench.db.sweeps import narrowed
 from zoobench.spec import RunSelection, RunSpec
 
 
@@ -33,13 +33,9 @@ class ManyReader:
         sweep: int | None = None,
     ) -> list[RunRow]:
         """The runs in the order of their creation; each argument narrows the choice, None does not."""
-        conditions = []
-        if ids is not None:
-            conditions.append(among(RunRecord.id, ids))
+        conditions = narrowed(ids, sweep)
         if states is not None:
             conditions.append(RunRecord.state.in_([str(state) for state in states]))
-        if sweep is not None:
-            conditions.append(in_sweep(sweep))
         with self._database.read() as session:
             if keys is None:
                 return list(fetch_runs(session, None, *conditions))

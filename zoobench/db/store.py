@@ -57,7 +57,7 @@ from zoobench.db.rows import (
 from zoobench.db.shared_scores import ask_for, keep
 from zoobench.db.specs import spec_columns, spec_from
 from zoobench.db.studies import add_row, begin_study, end_study, keep_provenance
-from zoobench.db.sweeps import Watch, begin_sweep, in_sweep
+from zoobench.db.sweeps import Watch, begin_sweep, narrowed
 from zoobench.errors import StorageError
 from zoobench.spec import RunSpec
 
@@ -188,14 +188,10 @@ class Store(Reader):
         """
         following = (
             select(RunRecord.id)
-            .where(RunRecord.state == RunState.QUEUED)
+            .where(RunRecord.state == RunState.QUEUED, *narrowed(ids, sweep))
             .order_by(RunRecord.rank, RunRecord.id)
             .limit(1)
         )
-        if ids is not None:
-            following = following.where(among(RunRecord.id, ids))
-        if sweep is not None:
-            following = following.where(in_sweep(sweep))
         statement = (
             update(RunRecord)
             .where(RunRecord.id == following.with_for_update(skip_locked=True).scalar_subquery())
@@ -280,11 +276,7 @@ class Store(Reader):
         Their attempts are recorded as LOST and the runs queued again, or FAILED after too many losses without
         progress. Returns the ids of these runs.
         """
-        statement = select(RunRecord).where(RunRecord.state == RunState.RUNNING)
-        if ids is not None:
-            statement = statement.where(among(RunRecord.id, ids))
-        if sweep is not None:
-            statement = statement.where(in_sweep(sweep))
+        statement = select(RunRecord).where(RunRecord.state == RunState.RUNNING, *narrowed(ids, sweep))
         with self._database.read() as session:
             suspects = [run.id for run in session.scalars(statement) if why_lost(run)]
         if not suspects:
@@ -301,9 +293,7 @@ class Store(Reader):
 
     def has_overdue(self, sweep: int | None = None) -> bool:
         """Whether a run, of a sweep if given, may soon be found lost: its lease is over, and its worker not seen."""
-        statement = select(RunRecord).where(RunRecord.state == RunState.RUNNING)
-        if sweep is not None:
-            statement = statement.where(in_sweep(sweep))
+        statement = select(RunRecord).where(RunRecord.state == RunState.RUNNING, *narrowed(None, sweep))
         with self._database.read() as session:
             return any(map(is_overdue, session.scalars(statement)))
 

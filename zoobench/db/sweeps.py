@@ -29,8 +29,17 @@ def begin_sweep(database: Database, ids: Collection[int]) -> int:
     return sweep
 
 
-def in_sweep(sweep: int) -> ColumnElement[bool]:
-    """Whether the outer statement's run belongs to a sweep; a `UsageError` if no database can hold the number."""
+def narrowed(ids: Collection[int] | None, sweep: int | None) -> list[ColumnElement[bool]]:
+    """Conditions on the outer statement's run: that it is one of these, and of this sweep; None does not narrow.
+
+    Raises:
+        UsageError: no database can hold the number of the sweep.
+    """
+    conditions = [] if ids is None else [among(RunRecord.id, ids)]
+    return conditions if sweep is None else [*conditions, _in_sweep(sweep)]
+
+
+def _in_sweep(sweep: int) -> ColumnElement[bool]:
     check_storable("sweep", sweep)
     return exists().where(SweepRunRecord.sweep_id == sweep, SweepRunRecord.run_id == RunRecord.id).correlate(RunRecord)
 
@@ -58,7 +67,7 @@ class Watch:
         """
         now = time.time()
         is_full = abs(now - self._looked_at) > _FULL_SECONDS
-        statement = select(RunRecord.id, RunRecord.state).where(in_sweep(self._sweep))
+        statement = select(RunRecord.id, RunRecord.state).where(_in_sweep(self._sweep))
         if is_full:
             self._looked_at = now
         else:
