@@ -56,7 +56,7 @@ from zoobench.db.rows import (
 )
 from zoobench.db.shared_scores import ask_for, keep
 from zoobench.db.specs import spec_columns, spec_from
-from zoobench.db.studies import add_row, begin_study, end_study, keep_provenance
+from zoobench.db.studies import carry_out, keep_provenance
 from zoobench.db.sweeps import Watch, begin_sweep, narrowed
 from zoobench.errors import StorageError
 from zoobench.spec import RunSpec
@@ -310,11 +310,7 @@ class Store(Reader):
 
         The study is finished with the last row. If it is interrupted before, the rows done so far are kept.
         """
-        study_id = begin_study(self._database, name, provenance)
-        for number, row in enumerate(rows):
-            add_row(self._database, study_id, number, row)
-            yield row
-        end_study(self._database, study_id)
+        return carry_out(self._database, name, rows, provenance)
 
     def _hold(self, session: Session, claim: Claim, **values: Any) -> None:
         """Check the fencing token and write these columns of the run, in one statement."""

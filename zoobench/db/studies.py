@@ -3,7 +3,7 @@
 import hashlib
 import json
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from sqlalchemy import select
@@ -23,34 +23,30 @@ def keep_provenance(database: Database, session: Session, provenance: Mapping[st
     return values["hash"]
 
 
-def begin_study(database: Database, name: str, provenance: Mapping[str, Any]) -> int:
-    """Open a study and return its id."""
+def carry_out(
+    database: Database, name: str, rows: Iterable[StudyRow], provenance: Mapping[str, Any]
+) -> Iterator[StudyRow]:
+    """Hand on the rows of a study, each of which is stored for good before."""
     with database.write() as session:
         study = StudyRecord(
             name=name, provenance_hash=keep_provenance(database, session, provenance), started_at=time.time()
         )
         session.add(study)
         session.flush()
-        return study.id
-
-
-def add_row(database: Database, study_id: int, number: int, row: StudyRow) -> None:
-    """Store one row for good."""
-    with database.write() as session:
-        session.add(
-            StudyRowRecord(
-                study_id=study_id,
-                number=number,
-                case_name=row.case,
-                verdict=row.verdict,
-                document=json.dumps(_plain(row.document), allow_nan=False),
-                finished_at=time.time(),
+        study_id = study.id
+    for number, row in enumerate(rows):
+        with database.write() as session:
+            session.add(
+                StudyRowRecord(
+                    study_id=study_id,
+                    number=number,
+                    case_name=row.case,
+                    verdict=row.verdict,
+                    document=json.dumps(_plain(row.document), allow_nan=False),
+                    finished_at=time.time(),
+                )
             )
-        )
-
-
-def end_study(database: Database, study_id: int) -> None:
-    """Record that every case was done."""
+        yield row
     with database.write() as session:
         session.get_one(StudyRecord, study_id).finished_at = time.time()
 
