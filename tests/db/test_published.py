@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -16,13 +17,16 @@ from zoobench.inputs import Start, run_name
 from zoobench.report.leaderboard import BoardRow, FinerScore, Leaderboard, gather
 from zoobench.report.leaderboard_export import from_text, to_text
 from zoobench.report.leaderboard_files import publish
-from zoobench.spec import Ref, RunSpec
+from zoobench.spec import Ref, RunSpec, is_at_wall, standing
 
 SCORES = {("diffphysics-v2[lr=0.1]", 0): 2.0, ("diffphysics-v2[lr=0.1]", 1): 3.0, ("random-v1", 0): 1.0}
 SPECS = [make_spec(method=method, seed=seed) for method, seed in SCORES]
 BEST = SPECS[1]
 NAME = "best:desert/turning/caterpillar"
 BOARD_NAME = "best:mine/desert/turning/caterpillar"
+READ: dict[str, Any] = {"finals": {"wall_gap": {"value": 2.5, "unit": "cells"}}}
+LENGTHENED: dict[str, Any] = {"finals": {}, "lasting": {"home_gap": 1.5}}
+POLICY: dict[str, Any] = {"finals": {}, "lasting": {"home_gap": None}}
 
 
 def _board(
@@ -193,3 +197,19 @@ def _claimed(store: Store) -> tuple[Start, ...]:
     claim = store.claim(Owner.current(), provenance={})
     assert claim is not None
     return claim.stored
+
+
+@pytest.mark.parametrize(
+    ("record", "gap"),
+    [(READ, 2.5), ({**LENGTHENED, **READ}, 2.5), (LENGTHENED, 1.5), (POLICY, None), ({"finals": {}}, None)],
+)
+def test_the_gap_is_read_or_known_from_a_longer_episode(record: dict[str, Any], gap: float | None) -> None:
+    """That of the run itself comes first."""
+    assert published.wall_gap_in(record) == gap
+
+
+def test_a_result_at_a_wall_is_the_last_choice() -> None:
+    """Below three cells, or where nobody looked; among these, and among the others, the score decides."""
+    assert [is_at_wall(gap) for gap in (2.99, 3.0, None)] == [True, False, False]
+    ordered = sorted([(0.3, 1.0), (0.2, None), (0.1, 9.0), (0.4, 2.0)], key=lambda pair: standing(*pair))
+    assert [score for score, _ in ordered] == [0.2, 0.3, 0.4, 0.1]

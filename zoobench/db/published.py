@@ -13,10 +13,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from zoobench.db.walls import wall_gap_in
 from zoobench.errors import StorageError, UnknownNameError, UsageError
 from zoobench.inputs import Start
-from zoobench.spec import AXES, Ref, RunSpec, is_at_wall, split_outside_brackets
+from zoobench.spec import AXES, WALL_GAP, Ref, RunSpec, is_at_wall, split_outside_brackets
 
 PREFIX = "best:"
 
@@ -179,6 +178,19 @@ def _solutions(path: Path) -> list[PublishedRun]:
         raise StorageError(
             f"The leaderboard {path.name} of this zoobench cannot be read: {error}. Install the package again."
         ) from None
+
+
+def wall_gap_in(record: Mapping[str, Any]) -> float | None:
+    """How near the robot of a run in an export came to a side of its arena [cells]; None if it is not known.
+
+    Runs of an earlier zoobench did not read it; then an episode over more frames may tell.
+
+    Raises:
+        LookupError, TypeError, ValueError: it is no such record.
+    """
+    final = record["finals"].get(WALL_GAP)
+    value = record.get("lasting", {}).get("home_gap") if final is None else final["value"]
+    return None if value is None else float(value)
 
 
 def _published(board: str, record: Mapping[str, Any], components: Sequence[Mapping[str, Any]]) -> PublishedRun:
