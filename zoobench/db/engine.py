@@ -49,8 +49,9 @@ _LIBPQ_PATIENCE = {"connect_timeout": "10", "keepalives_idle": "30", "tcp_user_t
 class Database:
     """An open database: `read` and `write` give a session; every error of it becomes a StorageError.
 
-    `location` is a path to an SQLite file or a URL, `name` the same without a password, for messages. With `create` a
-    missing file is made, without it refused; `is_read_only` tells of a file that this process cannot change.
+    `location` is a path to an SQLite file or a URL, `name` the same without a password, for messages, `path` the path
+    or None. With `create` a missing file is made, without it refused; `is_read_only` tells of a file that this process
+    cannot change.
 
     Raises:
         StorageError: the path cannot be used, as the message explains.
@@ -58,15 +59,15 @@ class Database:
 
     def __init__(self, location: str | Path, *, create: bool = True) -> None:
         self.name = without_password(str(location))
-        self._path: Path | None = None
+        self.path: Path | None = None
         self.is_read_only = False
         if "://" not in self.name:
-            self._path = Path(location)
-            _check_path(self._path, create)
-            self.is_read_only = self._path.exists() and not _is_writable(self._path)
+            self.path = Path(location)
+            _check_path(self.path, create)
+            self.is_read_only = self.path.exists() and not _is_writable(self.path)
         with self._translated():
             self._engine = create_engine(_read_only_url(Path(location)) if self.is_read_only else _url(str(location)))
-        if self._path is None:
+        if self.path is None:
             event.listen(self._engine, "connect", _configure_postgresql)
             self._reading = self._engine.execution_options(isolation_level="REPEATABLE READ", postgresql_readonly=True)
             self._writing = self._engine.execution_options(isolation_level="READ COMMITTED")
@@ -108,7 +109,7 @@ class Database:
         Raises:
             StorageError: the database cannot be written.
         """
-        if self._path is None or self.is_read_only:
+        if self.path is None or self.is_read_only:
             return
         deadline = time.monotonic() + BUSY_SECONDS
         with self._translated(), self._engine.connect() as connection:  # the mode cannot change within a transaction
@@ -124,11 +125,11 @@ class Database:
 
     def insert(self, table: type[Base]) -> Any:
         """An INSERT that offers `on_conflict_do_nothing` and `on_conflict_do_update`."""
-        return sqlite.insert(table) if self._path else postgresql.insert(table)
+        return sqlite.insert(table) if self.path else postgresql.insert(table)
 
     def alphabetical(self, column: InstrumentedAttribute[str]) -> ColumnElement[str]:
         """A column to order by that gives the same order everywhere, whatever a server's language is."""
-        return column.collate("BINARY" if self._path else "C")
+        return column.collate("BINARY" if self.path else "C")
 
     def copy_to(self, path: Path) -> None:
         """Write an SQLite file as it is now, without unfinished writes of others, to a new one.
@@ -140,18 +141,13 @@ class Database:
             connection.exec_driver_sql("VACUUM INTO ?", (str(path),))
 
     @property
-    def path(self) -> Path | None:
-        """Path of an SQLite file; None for a server's database."""
-        return self._path
-
-    @property
     def size(self) -> int:
         """Size of an SQLite file [bytes]; 0 for a server's database."""
-        return 0 if self._path is None else self._path.stat().st_size
+        return 0 if self.path is None else self.path.stat().st_size
 
     def check(self) -> list[str]:
         """The findings of the database's own integrity check; empty if there are none, or no such check."""
-        if self._path is None:
+        if self.path is None:
             return []
         with self.read() as session:
             complaints = [row[0] for row in session.connection().exec_driver_sql("PRAGMA integrity_check")]
@@ -163,7 +159,7 @@ class Database:
 
     def _begin(self, connection: Connection) -> None:
         begin = connection.get_execution_options().get("zoobench_begin")
-        if begin and self._path is None:
+        if begin and self.path is None:
             connection.exec_driver_sql(begin)
         elif begin:
             self._begin_sqlite(connection, begin)
@@ -196,7 +192,7 @@ class Database:
         try:
             yield
         except DBAPIError as error:
-            raise _explain(self.name, self._path, error) from error
+            raise _explain(self.name, self.path, error) from error
         except (ArgumentError, NoSuchModuleError, ModuleNotFoundError) as error:
             raise StorageError(
                 f"Cannot open the database {self.name!r}: {error}. Give a path, or a URL "

@@ -3,7 +3,7 @@
 A run that both have done must have the same results, bit for bit: all but wall times follow from its settings.
 """
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -81,7 +81,9 @@ def merge(target: Database, source: Database) -> MergeReport:
     Sweeps and studies stay where they are: they name runs by the numbers that they have there.
     """
     merger = _Merger(target, source)
-    for some in _groups(source):
+    with source.read() as session:
+        ids = session.scalars(select(RunRecord.id).order_by(RunRecord.id)).all()
+    for some in batched(ids, _AT_ONCE):
         merger.take(some)
     merger.take_references()
     return merger.report()
@@ -207,12 +209,6 @@ class _Merger:
 
     def _note(self, group: str, found: Any) -> None:
         self.groups.setdefault(group, []).append(found)
-
-
-def _groups(source: Database) -> Iterator[tuple[int, ...]]:
-    with source.read() as session:
-        ids = session.scalars(select(RunRecord.id).order_by(RunRecord.id)).all()
-    return batched(ids, _AT_ONCE)
 
 
 def _rows(session: Session, table: Any, *conditions: Any) -> list[Row]:

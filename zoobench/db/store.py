@@ -256,7 +256,7 @@ class Store(Reader):
             seconds = time.monotonic() - claim.since
             close_attempt(session, claim.run_id, claim.attempt, ending, seconds=seconds)
             if ending.outcome is RunState.DONE:  # a run that is done again replaces its earlier result
-                for table in (FinalRecord, SolutionRecord, ArchiveRecord):
+                for table in (FinalRecord, SolutionRecord, ArchiveRecord, CheckpointRecord):
                     session.execute(delete(table).where(table.run_id == claim.run_id))
             for final in ending.finals:
                 value, kind = encode_value(final.value)
@@ -265,8 +265,6 @@ class Store(Reader):
                 session.add(SolutionRecord(run_id=claim.run_id, params=encode_params(ending.params)))
             if ending.archive is not None:
                 session.add(ArchiveRecord(run_id=claim.run_id, data=ending.archive))
-            if ending.outcome is RunState.DONE:
-                session.execute(delete(CheckpointRecord).where(CheckpointRecord.run_id == claim.run_id))
             if ending.outcome not in (RunState.LOST, RunState.CANCELLED):
                 seal(session, claim.run_id)
 
@@ -382,10 +380,7 @@ def _enqueue(session: Session, prepared: Mapping[str, tuple[dict[str, Any], str 
 def _new_run(key: str, reason: str | None) -> dict[str, Any]:
     """A run to queue, or one that is skipped for a reason."""
     state = RunState.QUEUED if reason is None else RunState.SKIPPED
-    return {
-        "spec_key": key, "state": state, "reason": storable(reason), "created_at": time.time(), "attempt": 0,
-        "strikes": 0, "fraction": 0.0,
-    }  # fmt: skip
+    return {"spec_key": key, "state": state, "reason": storable(reason), "created_at": time.time()}
 
 
 def _group(state: RunState, is_new: bool) -> str:
