@@ -2,14 +2,13 @@
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields
-from itertools import islice
 from typing import Any
 
 from sqlalchemy import func, or_, select
 from sqlalchemy.orm import Session
 
 from zoobench.db.choice import choose, refuse_nothing
-from zoobench.db.engine import AT_ONCE, Database, among, batched
+from zoobench.db.engine import Database, among, batched
 from zoobench.db.many_rows import CellRun, OriginRow, PastRun, PastTotal
 from zoobench.db.models import AttemptRecord, FinalRecord, MetricRecord, ProvenanceRecord, RunRecord, SpecRecord
 from zoobench.db.rows import AttemptRow, FinalRow, MetricRow, RunRow, RunState, decode_value, document_of
@@ -53,14 +52,13 @@ class ManyReader:
             UsageError: a selector fits no run, as `RunSelection.among`.
         """
         with self._database.read() as session:
-            rows = fetch_runs(session, choose(session, selection))
-            some = list(islice(rows, AT_ONCE))
-            if not some:
-                refuse_nothing(session, selection)
-            while some:
+            is_empty = True
+            for some in batched(fetch_runs(session, choose(session, selection))):
+                is_empty = False
                 finals = _finals_of(self._database, session, [run.id for run in some], names)
                 yield from ((run, finals.get(run.id, [])) for run in some)
-                some = list(islice(rows, AT_ONCE))
+            if is_empty:
+                refuse_nothing(session, selection)
 
     def final_names(self, selection: RunSelection) -> list[tuple[str, str]]:
         """Names and units of the final results that selected runs have, sorted; raises as `selected`."""
