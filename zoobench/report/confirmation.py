@@ -86,11 +86,6 @@ def kept_orders(table: Table, rows: Sequence[BoardRow]) -> tuple[int, int]:
     return sum(kept), len(kept)
 
 
-def finer_fidelities(rows: Iterable[BoardRow]) -> list[str]:
-    """Where solutions of these runs were evaluated, by name."""
-    return sorted({row.finer.fidelity.name for row in rows if row.finer is not None})
-
-
 def _confirmed(row: Row, rows: Sequence[BoardRow]) -> dict[int, Confirmed]:
     """The best run of each method by its column, if that was evaluated on a finer grid."""
     found = {}

@@ -72,24 +72,25 @@ class Footer:
 
     def lines(self) -> list[str]:
         """The footer as text, one fact a line."""
+        unknown = ("unknown",)
         facts = {
             "cells": (_LEGEND,),
-            **({"provisional": self.provisional} if self.provisional else {}),
-            **({"undecided": self.undecided} if self.undecided else {}),
-            **({"overturned": self.overturned} if self.overturned else {}),
-            **({"walls": self.walls} if self.walls else {}),
-            **({"lasting": self.lasting} if self.lasting else {}),
-            **({"external": self.external} if self.external else {}),
-            "commit": self.commits,
-            "components": self.components,
-            **({"plug-ins": self.plugins} if self.plugins else {}),
-            **({"superseded": self.superseded} if self.superseded else {}),
-            "machine": self.machines,
-            "packages": self.packages,
-            "runs from": (" to ".join(self.dates),) if self.dates else (),
+            "provisional": self.provisional,
+            "undecided": self.undecided,
+            "overturned": self.overturned,
+            "walls": self.walls,
+            "lasting": self.lasting,
+            "external": self.external,
+            "commit": self.commits or unknown,
+            "components": self.components or unknown,
+            "plug-ins": self.plugins,
+            "superseded": self.superseded,
+            "machine": self.machines or unknown,
+            "packages": self.packages or unknown,
+            "runs from": (" to ".join(self.dates),) if self.dates else unknown,
             "made by": (self.command,),
         }
-        return [f"{name}: {'; '.join(values) or 'unknown'}" for name, values in facts.items()]
+        return [f"{name}: {'; '.join(values)}" for name, values in facts.items() if values]
 
 
 def footer(tables: Sequence[Table], attempts: Iterable[Attempt | OriginRow], command: Sequence[str]) -> Footer:

@@ -9,7 +9,6 @@ from zoobench.db.rows import RunState
 from zoobench.report.confirmation import (
     DENSE,
     confirmation_listing,
-    finer_fidelities,
     kept_orders,
     mark_overturned,
     with_lasting,
@@ -139,7 +138,8 @@ def _confirmation_lines(table: Table, board: Leaderboard) -> list[str]:
     found = confirmation_listing(table, board.rows)
     if not found.rows:
         return []
-    where = ", ".join(finer_fidelities(board.rows[run - 1] for run in table.runs))
+    finer = [board.rows[run - 1].finer for run in table.runs]
+    where = ", ".join(sorted({score.fidelity.name for score in finer if score is not None}))
     orders = [row[-1] for row in found.rows if row[-1]]
     kept, count = kept_orders(table, board.rows)
     text = f"The best solution of each method, as it scores here → at {where}."

@@ -142,12 +142,12 @@ def cell_text(value: Any) -> str:
     return estimate_text(value) if isinstance(value, Measured) else visible(str(value))
 
 
-def estimate_text(found: Measured, sign: str = " ± ") -> str:
+def estimate_text(found: Measured) -> str:
     """For example `0.182 ± 0.043 ‡ (n=2 of 3)`, `0.85 (0.80 to 0.91)`, or without a value `no score (n=0 of 3)`.
 
     Digits go as far as the interval supports them.
     """
-    number, *notes = (number_text(found, sign), *found.notes) if found.value is not None else found.notes
+    number, *notes = (number_text(found), *found.notes) if found.value is not None else found.notes
     words = [number, found.marks, f"({', '.join(notes)})" if notes else ""]
     return " ".join(filter(None, words))
 

@@ -65,20 +65,20 @@ OVERVIEW = (SCORE, WALL_GAP)
 """The finals that a listing for people tells of."""
 
 
-def choose_results(reader: "Reader", selection: RunSelection, names: Collection[str] | None = None) -> list[RunResult]:
-    """The selected runs with their finals of these names, with all for None, in the order of their creation.
+def choose_results(reader: "Reader", selection: RunSelection) -> list[RunResult]:
+    """The selected runs with their finals, in the order of their creation.
 
     Raises:
         UsageError: a selector fits no run of the database, as `RunSelection.among`.
         StorageError: the database cannot be read.
     """
-    return list(iterate_results(reader, selection, names))
+    return list(iterate_results(reader, selection))
 
 
 def iterate_results(
     reader: "Reader", selection: RunSelection, names: Collection[str] | None = None
 ) -> Iterator[RunResult]:
-    """The same one by one, so that any number of them can be printed; raises with the first."""
+    """The same one by one, with the finals of these names alone if any are given; raises with the first."""
     for run, finals in reader.selected(selection, names):
         yield RunResult(run, {final.name: final for final in finals})
 
