@@ -16,10 +16,6 @@ from zoobench.spec import AXES, WALL_GAP, Budget, Ref, RunSpec, is_at_wall, repe
 from zoobench.tasks.quantities import heading, quantity_of
 
 _SHORT_AXES = ("env", "task", "design", "method", "fidelity")
-_TELLING = ("controller", "frames", "budget")
-"""Settings that are columns only where they differ."""
-
-
 _MANY_HOURS = 100
 
 
@@ -47,16 +43,10 @@ def results_overview(results: Iterable[RunResult]) -> Listing:
     """
     kept = [(result.spec, _overview(result)) for result in results]
     specs = [spec for spec, _ in kept]
-    names = _short_names(specs)
-    telling = [name for name in _TELLING if _differs(specs, name)]
-    controllers = labels(_distinct(spec.controller for spec in specs))
-    rows = tuple(
-        (run, *own, *(_told(getattr(spec, name), controllers) for name in telling), spec.seed, *rest)
-        for (spec, (run, *rest)), own in zip(kept, names, strict=True)
-    )
+    columns, names = _settings(specs, ("controller", "frames", "budget"))
+    rows = tuple((run, *own, spec.seed, *rest) for (spec, (run, *rest)), own in zip(kept, names, strict=True))
     name = heading({quantity_of(task) for task in _distinct(spec.task for spec in specs)})
-    columns = ("run", *_SHORT_AXES, *telling, "seed", "state", name, "unit", "time", "reason")
-    return Listing(columns, rows, texts={"time": duration})
+    return Listing(("run", *columns, "seed", "state", name, "unit", "time", "reason"), rows, texts={"time": duration})
 
 
 def _overview(result: RunResult) -> tuple[Any, ...]:
@@ -155,7 +145,7 @@ def _times(run: RunRow, now: float | None) -> tuple[int | None, int | None, floa
 
 def running_overview(runs: Sequence[RunRow], now: float | None = None) -> Listing:
     """The same for people."""
-    names = _short_names([run.spec for run in runs])
+    settings, names = _settings([run.spec for run in runs])
     quantities = [quantity_of(run.spec.task) for run in runs]
     rows = [
         (
@@ -166,7 +156,7 @@ def running_overview(runs: Sequence[RunRow], now: float | None = None) -> Listin
     ]  # fmt: skip
     texts = {"progress": percent, "time left": duration}
     ages = ("metric age [s]", "lease [s]", "time left")
-    columns = ("run", *_SHORT_AXES, "seed", "attempt", "progress", heading(quantities), *ages)
+    columns = ("run", *settings, "seed", "attempt", "progress", heading(quantities), *ages)
     return Listing(columns, tuple(rows), texts=texts)
 
 
@@ -188,17 +178,15 @@ def plan_listing(specs: Sequence[RunSpec], states: Sequence[str], estimates: Seq
 
 def plan_overview(specs: Sequence[RunSpec], states: Sequence[str], estimates: Sequence[float | None]) -> Listing:
     """The same for people; controller and frames are columns where they tell runs apart."""
-    names = _short_names(specs)
-    telling = [name for name in ("controller", "frames") if _differs(specs, name)]
-    controllers = labels(_distinct(spec.controller for spec in specs))
+    settings, names = _settings(specs, ("controller", "frames"))
     rows = [
         (
-            *own, *(_told(getattr(spec, name), controllers) for name in telling), spec.seed, str(spec.budget), state,
+            *own, spec.seed, str(spec.budget), state,
             None if state == "done" else math.nan if seconds is None else seconds,
         )
         for own, spec, state, seconds in zip(names, specs, states, estimates, strict=True)
     ]  # fmt: skip
-    columns = (*_SHORT_AXES, *telling, "seed", "budget", "state", "estimate")
+    columns = (*settings, "seed", "budget", "state", "estimate")
     return Listing(columns, tuple(rows), texts={"estimate": duration})
 
 
@@ -230,12 +218,22 @@ def run_card(result: RunResult, attempts: Sequence[AttemptRow], specs: Sequence[
     }
 
 
-def _short_names(specs: Sequence[RunSpec]) -> list[tuple[str, ...]]:
+def _settings(specs: Sequence[RunSpec], telling: Iterable[str] = ()) -> tuple[list[str], list[tuple[Any, ...]]]:
+    """Columns for people and their cells, of each run: short names, and of `telling` the settings that differ."""
     refs = {axis: _distinct(getattr(spec, axis) for spec in specs) for axis in _SHORT_AXES}
     axes: dict[str, Mapping[Ref, str]] = {axis: labels(found) for axis, found in refs.items()}
     axes["env"] = marked(axes["env"])
     by_id = {axis: {id(ref): axes[axis][ref] for ref in found} for axis, found in refs.items()}
-    return [tuple(by_id[axis][id(getattr(spec, axis))] for axis in _SHORT_AXES) for spec in specs]
+    differing = [name for name in telling if _differs(specs, name)]
+    controllers = labels(_distinct(spec.controller for spec in specs))
+    cells = [
+        (
+            *(by_id[axis][id(getattr(spec, axis))] for axis in _SHORT_AXES),
+            *(_told(getattr(spec, name), controllers) for name in differing),
+        )
+        for spec in specs
+    ]
+    return [*_SHORT_AXES, *differing], cells
 
 
 def score_text(task: Ref, score: float, unit: str = "", digits: int = 4) -> str:
