@@ -152,8 +152,12 @@ def tables_of_cells(cells: Iterable[Cell]) -> list[Table]:
         homes = [setting for setting, own in places.items() if setting[:2] == level and place_of(cell.spec) in own]
         for setting in homes or [(*level, cell.spec.budget)]:
             settings.setdefault(setting, []).append(cell)
-    ordered = sorted(settings, key=lambda setting: (setting not in places, *map(in_order, setting)))
-    return [_table(*setting, settings[setting]) for setting in ordered]
+
+    def rank(setting: tuple[Ref, int, Budget]) -> tuple[object, ...]:
+        fidelity, frames, budget = setting
+        return setting not in places, in_order(fidelity), frames, budget.kind, budget.amount
+
+    return [_table(*setting, settings[setting]) for setting in sorted(settings, key=rank)]
 
 
 def _table(fidelity: Ref, frames: int, budget: Budget, cells: list[Cell]) -> Table:
