@@ -1,5 +1,6 @@
 """Robots in their rest frame: closed forms, conservation laws, exact gradients, and what is refused."""
 
+import re
 from dataclasses import fields, replace
 
 import numpy as np
@@ -152,6 +153,15 @@ def test_gradient_is_the_same_from_checkpoints() -> None:
         for interval in (None, 2)
     )
     assert scenes.same(whole, pieces)
+
+
+@pytest.mark.slow  # its kernel takes eight seconds
+def test_an_adjoint_that_overflows_is_told_of_its_node() -> None:
+    """The particles' own have passed on to the nodes."""
+    solver, rollout, _ = scenes.episode(scenes.damped_scene(), 4, LAGRANGIAN, density_ratio_min=0.5)
+    far = np.full_like(rollout.positions, 1e308)
+    fault = solver.backward(rollout, far, far).fault
+    assert re.fullmatch(r"adjoint of x or v by substep \d+, node \d+, world 0", fault)
 
 
 @pytest.mark.slow  # its kernel takes eight seconds; tests/cell/test_robot.py has worlds on the grid

@@ -195,12 +195,14 @@ class Adjoint:
         """Note the first adjoint of the state, in the order of the backward pass, that is not finite."""
         if self._fault or self._is_finite():
             return
-        for name in ("x", "v", "C", "F"):
-            broken = ~torch.isfinite(getattr(self._state, name)[0]).flatten(2).all(2)
+        looked = [(name, "particle", getattr(self._state, name)[0]) for name in ("x", "v", "C", "F")]
+        looked.append(("x or v", "node", self._state.nodes[0, :, :, :2]))
+        for name, bearer, adjoint in looked:
+            broken = ~torch.isfinite(adjoint).flatten(2).all(2)
             if broken.any():
-                world, particle = (int(index) for index in broken.nonzero()[0])
+                world, number = (int(index) for index in broken.nonzero()[0])
                 step = int(self._rollout.counts[:frame, world].sum())
-                self._fault = f"adjoint of {name} by substep {step}, particle {particle}, world {world}"
+                self._fault = f"adjoint of {name} by substep {step}, {bearer} {number}, world {world}"
                 return
 
     def _is_finite(self) -> bool:
