@@ -13,6 +13,7 @@ from sqlalchemy import text
 from tests.harness.helpers import spec
 from tests.report.content import claim_new
 from zoobench.db import specs
+from zoobench.db.owner import Owner
 from zoobench.db.rows import Batch, Ending, FinalRow, RunState
 from zoobench.db.store import Store
 from zoobench.errors import StorageError
@@ -89,6 +90,16 @@ def test_a_damaged_row_of_any_table_is_read_over(store: Store, change: str) -> N
     assert store.origins([1, 2, 3])
     assert store.plugins() == []
     assert store.damage()
+
+
+def test_a_queued_run_with_damaged_settings_fails_with_a_digest(location: str) -> None:
+    """As every run that this version ends, so that doctor does not call it one of an earlier version."""
+    with Store(location) as store:
+        store.enqueue([spec(1)])
+        _damage(store)
+        assert store.claim(Owner.current(), provenance={}) is None
+        assert store.counts() == {RunState.FAILED: 1}
+        assert store.unsealed() == 0
 
 
 def test_settings_are_mended_by_what_is_left_of_them(store: Store) -> None:

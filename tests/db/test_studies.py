@@ -48,6 +48,18 @@ def test_an_interrupted_study_keeps_what_was_done(location: str) -> None:
         assert study.finished_at is None
 
 
+def test_a_damaged_row_is_left_out(location: str, caplog: pytest.LogCaptureFixture) -> None:
+    """With a word; who reads the others needs what each row says."""
+    with Store(location) as store:
+        list(store.save_study("stability", [FIRST, SECOND], provenance={}))
+        with store._database.write() as session:
+            session.execute(text("UPDATE study_rows SET document = 'x' WHERE number = 0"))
+        study = store.study("stability")
+    assert study is not None
+    assert [row.case for row in study.rows] == ["spray"]
+    assert [record.message for record in caplog.records] == ["Row 0 of study 1 is damaged. It is left out."]
+
+
 def test_the_newest_study_of_a_name_is_given(location: str) -> None:
     """Studies of other names do not matter, and of a name never used there is none."""
     with Store(location) as store:

@@ -78,7 +78,7 @@ def decode_params(data: bytes) -> tuple[float, ...]:
 
 
 def document_of(text: str) -> Mapping[str, Any]:
-    """The document in a column of JSON; empty if it is damaged, which its digest tells."""
+    """The document in a column of JSON; empty if it is damaged, which a run's digest tells."""
     try:
         found = json.loads(text)
     except (ValueError, RecursionError):

@@ -225,6 +225,7 @@ class Store(Reader):
                 )
                 if refusal:
                     close_attempt(session, run.id, run.attempt, Ending(RunState.FAILED, refusal))
+                    seal(session, run.id)
                     continue
                 data = checkpoint.data if checkpoint else None
                 return Claim(run.id, spec, str(owner), run.attempt, data, stored, time.monotonic())

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import logging
 import time
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
@@ -13,6 +14,8 @@ from zoobench.db.engine import Database
 from zoobench.db.models import ProvenanceRecord, StudyRecord, StudyRowRecord
 from zoobench.db.rows import StudyRow, StudyRun, ValueKind, document_of, encode_value
 from zoobench.spec import canonical_json
+
+_LOG = logging.getLogger(__name__)
 
 
 def keep_provenance(database: Database, session: Session, provenance: Mapping[str, Any]) -> str:
@@ -75,10 +78,14 @@ def load_studies(database: Database, name: str) -> list[StudyRun]:
 
 def _rows(session: Session, study_id: int) -> tuple[StudyRow, ...]:
     statement = select(StudyRowRecord).where(StudyRowRecord.study_id == study_id).order_by(StudyRowRecord.number)
-    return tuple(
-        StudyRow(record.case_name, record.verdict, document_of(record.document), record.finished_at)
-        for record in session.scalars(statement)
-    )
+    found = []
+    for record in session.scalars(statement):
+        document = document_of(record.document)
+        if document or record.document == "{}":
+            found.append(StudyRow(record.case_name, record.verdict, document, record.finished_at))
+        else:
+            _LOG.warning("Row %d of study %d is damaged. It is left out.", record.number, study_id)
+    return tuple(found)
 
 
 def _plain(value: Any) -> Any:
