@@ -11,6 +11,7 @@ Fresh matter depends on nothing that was done before, so that its adjoint ends t
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 
 from zoobench.arrays import Array
 from zoobench.sim.kernels.boundary import WALL_NODES
@@ -32,7 +33,7 @@ class MovingArena:
     def __init__(self, simulation: Simulation) -> None:
         self._sim = simulation
         self._cells = max(1, round(STEP / simulation.fidelity.grid_spacing))
-        self._exists = self._present()
+        self._present = self._list_present()
         self._begun = [self._middle(world) for world in range(simulation.worlds)]
 
     def follow(self, world: int) -> list[ArenaMove]:
@@ -56,15 +57,17 @@ class MovingArena:
 
     def _middle(self, world: int) -> Array:
         """Middle of the box around the robot's present particles, from the grid's first node [m] `[3]`."""
-        places = self._sim.matter.x[0, world, : self._sim.robot_count][self._exists[world]].double()
-        middle: Array = (0.5 * (places.amin(0) + places.amax(0))).cpu().numpy()
+        state = self._sim.matter.state[0, world, : self._sim.robot_count, 0].cpu().numpy()
+        places = state.T.take(self._present[world], axis=1)  # along rows extremes are found six times as fast
+        middle: Array = 0.5 * (places.min(axis=1)[:3].astype(np.float64) + places.max(axis=1)[:3])
         return middle
 
-    def _present(self) -> torch.Tensor:
-        """Which particles of the robots have half of their place `[worlds, robot]`; all of one where none has."""
+    def _list_present(self) -> list[NDArray[np.intp]]:
+        """Those particles of each world's robot that have half of their place; all of one where none has."""
         sim = self._sim
         found = sim.parameters.volume[:, : sim.robot_count] > 0.5 * sim.tensor(sim.scene.robot.volumes)
-        return found | ~found.any(dim=1, keepdim=True)
+        present = found | ~found.any(dim=1, keepdim=True)
+        return [np.flatnonzero(each) for each in present.cpu().numpy()]
 
     def _move(self, world: int, axis: int, cells: int) -> ArenaMove:
         """A move by so many cells, and what of the bed is left behind and renewed."""

@@ -201,7 +201,7 @@ class Parameters:
     Attributes:
         body: `[worlds, particles, 2, 4]` as `kernels.layout` has it; the other attributes are views of it.
         memory: its contents, see `memory`.
-        robot: number of the robot's particles.
+        robot: number of elastic particles, those of the robot and of objects.
         mass, volume: `[worlds, particles]` [kg], [m^3], both scaled by occupancy.
         stiffness: `[worlds, robot]` multiplier of E.
         tension: `[worlds, robot]` active stress along the fibre in this control frame [Pa].
