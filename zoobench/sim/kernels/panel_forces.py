@@ -1,4 +1,4 @@
-"""Water by forces on the surface of a robot in its rest frame, see `model.surface_water`: forces and the substep.
+"""Water by forces on the surface of a robot in its rest frame, see `model.surface_water`: the forces.
 
 The surface is in panels, each in a cell of the body (`model.surface_panels`); eight panels of a cell are the lanes of a
 vector. With the panel's velocity v in water at rest, its unit normal n and area A by Nanson's formula, u_n = v . n, the
@@ -258,16 +258,3 @@ def find_water_forces(c: ti.template()):
         c.own_nodes[c.s, c.w, n, ADDED_SHEAR] = zero_lanes()
     for g in range(c.panels.cell.shape[0]):
         wet_panels(c, g)
-
-
-@ti.func
-def move_wet_nodes(c: ti.template(), t):
-    """As `rest_frame.move_nodes`, in water."""
-    for n in range(c.cells.inverse.shape[1]):
-        v = c.own_nodes[c.s, c.w, n, V]
-        if c.cells.inverse[c.w, n] > 0.0:
-            v += gained(c, n)
-            c.own_nodes[t, c.w, n, X] = c.own_nodes[c.s, c.w, n, X] + c.dt * v
-        else:
-            c.own_nodes[t, c.w, n, X] = c.own_nodes[c.s, c.w, n, X]
-        c.own_nodes[t, c.w, n, V] = v

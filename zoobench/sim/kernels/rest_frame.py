@@ -182,19 +182,6 @@ def moved(c: ti.template(), n):
 
 
 @ti.func
-def move_nodes(c: ti.template(), t):
-    """Places and velocities of all nodes of a world at slot t; one without mass stays."""
-    for n in range(c.cells.inverse.shape[1]):
-        if c.cells.inverse[c.w, n] > 0.0:
-            _before, v, _a = moved(c, n)
-            c.own_nodes[t, c.w, n, X] = c.own_nodes[c.s, c.w, n, X] + c.dt * v
-            c.own_nodes[t, c.w, n, V] = v
-        else:
-            c.own_nodes[t, c.w, n, X] = c.own_nodes[c.s, c.w, n, X]
-            c.own_nodes[t, c.w, n, V] = c.own_nodes[c.s, c.w, n, V]
-
-
-@ti.func
 def write_particles(state: ti.template(), nodes: ti.template(), cells: ti.template(), s, w):
     """Place, velocity and deformation gradient of the particles of a world at slot s."""
     for c in range(cells.node.shape[0]):

@@ -6,7 +6,7 @@ import taichi as ti
 from zoobench.sim.kernels.array_types import Rows, Scalars, Wide
 from zoobench.sim.kernels.cell_lanes import Cells, lanes_of, load_cells
 from zoobench.sim.kernels.context import Context
-from zoobench.sim.kernels.layout import constants_of
+from zoobench.sim.kernels.layout import V, X, constants_of
 from zoobench.sim.kernels.limb_contact import (
     Limbs,
     for_cells_that_meet,
@@ -16,9 +16,9 @@ from zoobench.sim.kernels.limb_contact import (
     push_cells_adjoint,
     renew_meetings,
 )
-from zoobench.sim.kernels.panel_forces import Panels, find_water_forces, load_displaced, move_wet_nodes
+from zoobench.sim.kernels.panel_forces import Panels, find_water_forces, gained, load_displaced
 from zoobench.sim.kernels.panel_forces_adjoint import gained_adjoint, give_displaced, wet_panels_adjoint
-from zoobench.sim.kernels.rest_frame import find_forces, move_nodes, write_particles
+from zoobench.sim.kernels.rest_frame import find_forces, moved, write_particles
 from zoobench.sim.kernels.rest_frame_adjoint import (
     give_particles,
     moved_adjoint,
@@ -26,6 +26,21 @@ from zoobench.sim.kernels.rest_frame_adjoint import (
     stress_adjoint,
     take_particles,
 )
+
+
+@ti.func
+def move_nodes(c: ti.template(), t):
+    """Places and velocities of all nodes of a world at slot t; one without mass stays."""
+    for n in range(c.cells.inverse.shape[1]):
+        x, v = c.own_nodes[c.s, c.w, n, X], c.own_nodes[c.s, c.w, n, V]
+        if c.cells.inverse[c.w, n] > 0.0:
+            if ti.static(c.variant.has_panels):
+                v += gained(c, n)
+            else:
+                _before, v, _a = moved(c, n)
+            x += c.dt * v
+        c.own_nodes[t, c.w, n, X] = x
+        c.own_nodes[t, c.w, n, V] = v
 
 
 @ti.kernel
@@ -61,10 +76,7 @@ def advance_rest_frame(
                 if ti.static(variant.has_panels):
                     find_water_forces(c)
                 for_cells_that_meet(c, push_cells)
-                if ti.static(variant.has_panels):
-                    move_wet_nodes(c, s + stride)
-                else:
-                    move_nodes(c, s + stride)
+                move_nodes(c, s + stride)
                 note_motion(c, s + stride)
             write_particles(state, nodes, cells, plan[w, 0] + plan[w, 1] * stride, w)
 
