@@ -4,7 +4,7 @@ import taichi as ti
 
 from zoobench.sim.kernels.array_types import Rows, Scalars
 from zoobench.sim.kernels.context import Context
-from zoobench.sim.kernels.layout import box, constants_of, layers
+from zoobench.sim.kernels.layout import box, constants_of
 from zoobench.sim.kernels.serial import clear
 from zoobench.sim.kernels.substep import contribution, to_grid
 
@@ -18,7 +18,7 @@ def scatter_first(
     for _ in range(1):
         scene = constants_of(constants, variant)
         nodes = box(window, 0, 0)
-        clear(grid, 0, layers(variant) * nodes.size, variant)
+        clear(grid, 0, variant.layers * nodes.size, variant)
         c = Context(variant, state=state, body=body, grid=grid, scene=scene, dt=dt, w=0, s=0, nodes=nodes, start=0)
         for p in range(state.shape[2]):
             given = contribution(c, p)

@@ -280,12 +280,6 @@ def box(window: ti.template(), s, w):
 
 
 @ti.func
-def layers(variant: ti.template()):
-    """How often every node is there."""
-    return ti.static(variant.layers)
-
-
-@ti.func
 def layer(c: ti.template(), p):
     """The nodes of a particle's own body in a box of nodes."""
     origin = c.nodes.origin
@@ -304,7 +298,7 @@ def layer(c: ti.template(), p):
 @ti.func
 def medium_layer(c: ti.template()):
     """How many nodes further the medium's are."""
-    return c.nodes.size * (layers(c.variant) - 1)
+    return c.nodes.size * (c.variant.layers - 1)
 
 
 @ti.func

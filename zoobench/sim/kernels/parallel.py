@@ -12,7 +12,7 @@ from zoobench.sim.kernels.boundary import behind_wall
 from zoobench.sim.kernels.context import Context
 from zoobench.sim.kernels.flip import divide_node, divide_node_adjoint
 from zoobench.sim.kernels.lane_scatter import NODE_LANES
-from zoobench.sim.kernels.layout import V, X, box, constants_of, layer, layers, medium_layer
+from zoobench.sim.kernels.layout import V, X, box, constants_of, layer, medium_layer
 from zoobench.sim.kernels.skin_contact import push, push_adjoint
 from zoobench.sim.kernels.splines import stencil
 from zoobench.sim.kernels.substep import clear_node, contribution, from_grid, press_along, to_grid, update_at
@@ -33,14 +33,14 @@ NODE_THREADS = 4096
 @ti.func
 def capacity(state: ti.template(), grid: ti.template(), variant: ti.template()):
     """Nodes that a world has room for, in each field of velocities."""
-    return grid.shape[1] // (layers(variant) * state.shape[1])
+    return grid.shape[1] // (variant.layers * state.shape[1])
 
 
 @ti.func
 def world_slab(c: ti.template(), room):
     """The nodes in the present window of a world, at the beginning of its own part of the grid; see `layout.box`."""
     nodes = box(c.window, 0, c.w)
-    origin = nodes.origin + layers(c.variant) * c.w * room
+    origin = nodes.origin + c.variant.layers * c.w * room
     return ti.Struct(sx=nodes.sx, sy=nodes.sy, origin=origin, size=nodes.size)
 
 
@@ -77,7 +77,7 @@ def each_world_node(worlds: ti.template(), visit: ti.template(), stride):
             for turn in range((nodes.size - thread + NODE_THREADS - 1) // NODE_THREADS):
                 own = thread + turn * NODE_THREADS
                 index = index_of(c, own)
-                visit(c, layers(c.variant) * w * room + own, index)
+                visit(c, c.variant.layers * w * room + own, index)
 
 
 @ti.func
@@ -96,14 +96,14 @@ def each_world_particle(worlds: ti.template(), visit: ti.template(), turns: ti.t
 @ti.func
 def clear_at(c: ti.template(), node, index: ti.template()):
     """Zero a node in all layers."""
-    for k in ti.static(range(layers(c.variant))):
+    for k in ti.static(range(c.variant.layers)):
         clear_node(c.grid, node + k * c.nodes.size, c.variant)
 
 
 @ti.func
 def clear_adjoint_at(c: ti.template(), node, index: ti.template()):
     """Zero the adjoints of a node in all layers."""
-    for k in ti.static(range(layers(c.variant))):
+    for k in ti.static(range(c.variant.layers)):
         clear_node(c.grid_adjoint, node + k * c.nodes.size, c.variant)
 
 
@@ -122,7 +122,7 @@ def move_node(c: ti.template(), node, index: ti.template()):
     """Momenta of a node to velocities."""
     update_at(c, node, index)
     if ti.static(c.variant.uses(AFLIP)):
-        for k in ti.static(range(layers(c.variant))):
+        for k in ti.static(range(c.variant.layers)):
             divide_node(c.grid, node + k * c.nodes.size)
 
 
@@ -131,7 +131,7 @@ def move_node_adjoint(c: ti.template(), node, index: ti.template()):
     """Adjoint of `move_node`."""
     update_at_adjoint(c, node, index)
     if ti.static(c.variant.uses(AFLIP)):
-        for k in ti.static(range(layers(c.variant))):
+        for k in ti.static(range(c.variant.layers)):
             here = node + k * c.nodes.size
             divide_node_adjoint(c.grid, here, c.grid_adjoint, here)
 

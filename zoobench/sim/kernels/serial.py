@@ -13,7 +13,7 @@ import taichi as ti
 from zoobench.sim.kernels.array_types import Rows, Scalars
 from zoobench.sim.kernels.context import Context
 from zoobench.sim.kernels.flip import divide_node, divide_node_adjoint
-from zoobench.sim.kernels.layout import KEPT, START, X, box, constants_of, layer, layers, medium_layer
+from zoobench.sim.kernels.layout import KEPT, START, X, box, constants_of, layer, medium_layer
 from zoobench.sim.kernels.skin_contact import push, push_adjoint
 from zoobench.sim.kernels.sleepers import (
     active_count,
@@ -102,7 +102,7 @@ def update_nodes(c: ti.template()):
 def divide_all(c: ti.template()):
     """Momenta of the motion before forces to velocities (AFLIP)."""
     if ti.static(c.variant.uses(AFLIP)):
-        for node in range(c.start, c.start + layers(c.variant) * c.nodes.size):
+        for node in range(c.start, c.start + c.variant.layers * c.nodes.size):
             divide_node(c.grid, node)
 
 
@@ -120,7 +120,7 @@ def update_nodes_adjoint(c: ti.template()):
         each_node(c, press_medium_adjoint)
     each_node(c, update_at_adjoint)
     if ti.static(c.variant.uses(AFLIP)):
-        for m in range(layers(c.variant) * c.nodes.size):
+        for m in range(c.variant.layers * c.nodes.size):
             divide_node_adjoint(c.grid, c.start + m, c.grid_adjoint, m)
 
 
@@ -165,13 +165,13 @@ def advance(
             variant, state=state, window=window, body=body, plan=plan, order=order, grid=grid, terrain=terrain,
             scene=scene, dt=dt, w=w,
         )  # fmt: skip
-        first = layers(variant) * scene.nodes_x * scene.nodes_y * scene.nodes_z + w * keep
+        first = variant.layers * scene.nodes_x * scene.nodes_y * scene.nodes_z + w * keep
         begin_launch(launch)
         for n in range(plan[w, 1]):
             s = plan[w, 0] + n * stride
             t = s + stride
             nodes = box(window, s, w)
-            size = layers(variant) * nodes.size
+            size = variant.layers * nodes.size
             start, after = 0, window[s, w, START]
             if first <= after and after + size <= first + keep:
                 start = after
@@ -220,7 +220,7 @@ def reverse(
                 scatter_all(c)
                 push_all(c)
                 divide_all(c)
-            clear(grid_adjoint, 0, layers(variant) * nodes.size, variant)
+            clear(grid_adjoint, 0, variant.layers * nodes.size, variant)
             update_nodes(c)
             for i in range(count):
                 from_grid_adjoint(c, active_particle(c, i))

@@ -15,7 +15,7 @@ Arrays are those of `layout`. The slabs are zero between launches, and those of 
 import taichi as ti
 
 from zoobench.sim.kernels.columns import zero_lanes
-from zoobench.sim.kernels.layout import BEFORE, MOMENTUM, PUSH, RATIO, STRESS, SURFACE, C, V, X, layers
+from zoobench.sim.kernels.layout import BEFORE, MOMENTUM, PUSH, RATIO, STRESS, SURFACE, C, V, X
 from zoobench.sim.kernels.splines import first_node
 from zoobench.sim.kernels.substep import clear_node, contribution, to_grid
 from zoobench.sim.kernels.substep_adjoint import to_grid_adjoint
@@ -49,7 +49,7 @@ def arena_slab(c: ti.template()):
     sy = c.scene.nodes_z
     sx = c.scene.nodes_y * sy
     size = c.scene.nodes_x * sx
-    return ti.Struct(sx=sx, sy=sy, origin=c.grid.shape[1] - layers(c.variant) * size, size=size)
+    return ti.Struct(sx=sx, sy=sy, origin=c.grid.shape[1] - c.variant.layers * size, size=size)
 
 
 @ti.func
@@ -57,7 +57,7 @@ def adjoint_slab(c: ti.template()):
     """The same for the adjoints of a world, behind all other nodes of theirs."""
     nodes = arena_slab(c)
     origin = nodes.origin - c.grid.shape[1] + c.grid_adjoint.shape[1]
-    origin -= (c.state.shape[1] - 1 - c.w) * layers(c.variant) * nodes.size
+    origin -= (c.state.shape[1] - 1 - c.w) * c.variant.layers * nodes.size
     return ti.Struct(sx=nodes.sx, sy=nodes.sy, origin=origin, size=nodes.size)
 
 
@@ -95,7 +95,7 @@ def begin_launch(c: ti.template()):
 @ti.func
 def clear_slab(grid: ti.template(), nodes: ti.template(), box: ti.template(), variant: ti.template()):
     """Zero the nodes of a box in a slab."""
-    for k in ti.static(range(layers(variant))):
+    for k in ti.static(range(variant.layers)):
         for i in range(box.x0, box.x1):
             for j in range(box.y0, box.y1):
                 first = nodes.origin + k * nodes.size + i * nodes.sx + j * nodes.sy
@@ -130,7 +130,7 @@ def begin_nodes(c: ti.template()):
     if ti.static(c.variant.sleep):
         arena = arena_slab(c)
         node = c.start
-        for m in ti.static(range(layers(c.variant))):
+        for m in ti.static(range(c.variant.layers)):
             for i in range(c.window[c.s, c.w, 0], c.window[c.s, c.w, 3]):
                 for j in range(c.window[c.s, c.w, 1], c.window[c.s, c.w, 4]):
                     first = arena.origin + m * arena.size + i * arena.sx + j * arena.sy
@@ -138,7 +138,7 @@ def begin_nodes(c: ti.template()):
                         c.grid[MOMENTUM, node] = c.grid[MOMENTUM, first + k]
                         if ti.static(c.variant.uses(AFLIP)):
                             c.grid[BEFORE, node] = c.grid[BEFORE, first + k]
-                        if ti.static(c.variant.fbar and m == layers(c.variant) - 1):
+                        if ti.static(c.variant.fbar and m == c.variant.layers - 1):
                             c.grid[RATIO, node] = c.grid[RATIO, first + k]
                         if ti.static(c.variant.skin):
                             c.grid[PUSH, node] = zero_lanes()  # the robot never sleeps
@@ -146,7 +146,7 @@ def begin_nodes(c: ti.template()):
                             c.grid[SURFACE, node] = zero_lanes()
                         node += 1
     else:
-        for node in range(c.start, c.start + layers(c.variant) * c.nodes.size):
+        for node in range(c.start, c.start + c.variant.layers * c.nodes.size):
             clear_node(c.grid, node, c.variant)
 
 
@@ -169,7 +169,7 @@ def begin_nodes_adjoint(c: ti.template(), asleep: ti.template()):
         x0, x1 = ti.max(low_x, asleep.x0), ti.min(c.window[c.s, c.w, 3], asleep.x1)
         y0, y1 = ti.max(low_y, asleep.y0), ti.min(c.window[c.s, c.w, 4], asleep.y1)
         z0, z1 = ti.max(low_z, asleep.z0), ti.min(c.window[c.s, c.w, 5], asleep.z1)
-        for m in ti.static(range(layers(c.variant))):
+        for m in ti.static(range(c.variant.layers)):
             for i in range(x0, x1):
                 for j in range(y0, y1):
                     first = arena.origin + m * arena.size + i * arena.sx + j * arena.sy
@@ -179,7 +179,7 @@ def begin_nodes_adjoint(c: ti.template(), asleep: ti.template()):
                         grid_adjoint[MOMENTUM, first + k] += grid_adjoint[MOMENTUM, node]
                         if ti.static(c.variant.uses(AFLIP)):
                             grid_adjoint[BEFORE, first + k] += grid_adjoint[BEFORE, node]
-                        if ti.static(c.variant.fbar and m == layers(c.variant) - 1):
+                        if ti.static(c.variant.fbar and m == c.variant.layers - 1):
                             grid_adjoint[RATIO, first + k] += grid_adjoint[RATIO, node]
 
 
