@@ -10,8 +10,8 @@ from torch import Tensor
 
 from zoobench.arrays import Array
 from zoobench.errors import UsageError
-from zoobench.sim.kernels.rest_frame import survey_rest_frame
 from zoobench.sim.kernels.rest_frame_substeps import advance_rest_frame, reverse_rest_frame
+from zoobench.sim.kernels.survey import survey
 from zoobench.sim.launch import Launch
 from zoobench.sim.launcher import Launcher
 from zoobench.sim.model.body_parts import BodyParts
@@ -45,10 +45,10 @@ class RestFrameLauncher(Launcher):
                 "A robot in its rest frame (robot=lagrangian) cannot be held. Choose another design, or robot=mpm."
             )
         super().__init__(scene, fidelity, worlds, real, device, parallel=False)
-        self.variant = replace(self.variant, at_once=parallel)
+        self.variant = replace(self.variant, rest_frame=True, at_once=parallel)
         # Taichi's own optimisation gains a twentieth, and compiles for 30 s in place of 6
         self._advance, self._reverse, self._survey = (
-            Launch(kernel) for kernel in (advance_rest_frame, reverse_rest_frame, survey_rest_frame)
+            Launch(kernel) for kernel in (advance_rest_frame, reverse_rest_frame, survey)
         )
         self._rest = RestCells.of(scene.robot, fidelity)
         self._inverse = self._of_nodes()
@@ -101,23 +101,6 @@ class RestFrameLauncher(Launcher):
         self._note("reverse", plan)
         adjoints = matter_adjoint.state, matter_adjoint.nodes, parameter_adjoint.body
         self._reverse(*self._arrays(matter, parameters, plan), *self._tables, *self._room, *adjoints, self.variant)
-
-    def survey(
-        self,
-        matter: Matter,
-        parameters: Parameters,
-        alive: Tensor,
-        report: Tensor,
-        culprit: Tensor,
-        count: int | None = None,
-    ) -> None:
-        """As `Launcher.survey`, with the bound on the step of the rest frame."""
-        self.launches["survey"] += 1
-        variant = self.variant
-        self._survey(
-            matter.state, parameters.body, self.constants, alive, report, culprit, variant.skin, variant.ground,
-            variant.at_once,
-        )  # fmt: skip
 
     def _arrays(self, matter: Matter, parameters: Parameters, plan: LaunchPlan) -> tuple[Tensor, ...]:
         return (

@@ -97,6 +97,7 @@ class Variant:
         anchors: in how many boxes the robot, and each field of objects, is held; empty where none is.
         clamped: layers of objects that are held in part.
         driven: whether particles of the robot are, see `anchors`.
+        rest_frame: whether the robot carries its grid with it, see `rest_frame`.
         at_once: whether each world has a thread of its own, where a kernel visits a world by one (`rest_frame`).
     """
 
@@ -116,6 +117,7 @@ class Variant:
     anchors: tuple[int, ...] = ()
     clamped: tuple[int, ...] = ()
     driven: bool = False
+    rest_frame: bool = False
     at_once: bool = False
     water: type[GridWater | SurfaceWater] | None = None
 
@@ -202,7 +204,8 @@ class Variant:
     @property
     def surveyed(self) -> "Surveyed":
         """What of it makes a difference to the survey after a frame."""
-        return Surveyed(self.law, self.skin, self.objects, self.water if self.objects else None)
+        water, ground = self.water if self.objects else None, self.ground if self.rest_frame else None
+        return Surveyed(self.law, self.skin, self.objects, water, self.rest_frame, ground, self.at_once)
 
     @property
     def of_medium(self) -> "Variant":
@@ -215,14 +218,18 @@ class Surveyed:
     """What of a variant makes a difference to the survey, so that scenes which differ in other things share its kernel.
 
     Attributes:
-        law, skin, objects: of the variant.
+        law, skin, objects, rest_frame, at_once: of the variant.
         water: of the variant, where the constants of objects follow on those of water.
+        ground: of the variant, of a robot in its rest frame.
     """
 
     law: Law | None
     skin: bool
     objects: int
     water: type[GridWater | SurfaceWater] | None
+    rest_frame: bool
+    ground: int | None
+    at_once: bool
 
 
 def while_compiling(given: Given) -> Given:

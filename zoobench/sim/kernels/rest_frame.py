@@ -14,8 +14,6 @@ Particles are taken by cells, see `cell_lanes`.
 
 import taichi as ti
 
-from zoobench.sim.kernels.array_types import Rows, Scalars
-from zoobench.sim.kernels.boundary import TERRAIN, WALL_NODES
 from zoobench.sim.kernels.cell_lanes import (
     FORCE,
     LAYER_FORCE,
@@ -29,23 +27,16 @@ from zoobench.sim.kernels.cell_lanes import (
     place_of,
     slope,
 )
-from zoobench.sim.kernels.columns import cofactor, determinant, dot, matrix, scale, zero_lanes
+from zoobench.sim.kernels.columns import matrix, zero_lanes
 from zoobench.sim.kernels.elastic import SMALLEST_J
 from zoobench.sim.kernels.layout import (
-    MASS,
-    STIFFNESS,
-    TENSION,
-    VOLUME,
     C,
     F,
     V,
     X,
-    columns,
     put_columns,
-    scene_constants,
 )
 from zoobench.sim.kernels.skin_contact import coulomb_friction, ground_below, layer_force
-from zoobench.sim.kernels.survey import largest_square
 from zoobench.sim.model.rest_cells import LANES
 
 _LOG_TERMS = 20
@@ -199,57 +190,3 @@ def write_particles(state: ti.template(), nodes: ti.template(), cells: ti.templa
                     ti.Vector([deformation[0][1][lane], deformation[1][1][lane], deformation[2][1][lane], zero]),
                     ti.Vector([deformation[0][2][lane], deformation[1][2][lane], deformation[2][2][lane], zero]),
                 ))  # fmt: skip
-
-
-@ti.kernel
-def survey_rest_frame(
-    state: Rows, body: Rows, constants: Scalars, alive: Scalars, report: Scalars, culprit: Scalars,
-    skin: ti.template(), ground_kind: ti.template(), at_once: ti.template(),
-):  # fmt: skip
-    """Fill the `report` of every world alive with the `step_limits.Condition` of its robot, as `survey.survey` does.
-
-    In the rest frame the stiffness by place grows in compression, as the square of the largest stretch of F^-1, and the
-    viscosity likewise. There is no velocity gradient of the grid, and no wall: where a terrain ends the robot is beyond
-    the arena, on level ground nowhere.
-    """
-    ti.loop_config(serialize=not at_once)
-    for w in range(state.shape[1]):
-        scene = scene_constants(constants)
-        zero = 0.0 * scene.spacing
-        speed, smallest, guarded, square, robot, viscosity, ground = zero, zero + 1e30, 0, zero, zero, zero, zero
-        beyond, fastest, folded, outermost = zero, 0, 0, 0
-        for p in range(state.shape[2] * alive[w]):
-            q = body[w, p, 0]
-            if q[MASS] > 0.0:
-                v, deformation = state[0, w, p, V], columns(state, 0, w, p, F)
-                j, per_mass = determinant(deformation), q[VOLUME] / q[MASS]
-                now = ti.sqrt(dot(v, v)) + 0.0 * dot(deformation.x, deformation.x)
-                # negated, as a NaN fails every comparison; what is kept is equal to itself unless it is a NaN already
-                if not (now <= speed) and speed == speed:
-                    speed = now
-                    fastest = p
-                if not (j >= smallest) and smallest == smallest:
-                    smallest = j
-                    folded = p
-                guarded += ti.cast(j < SMALLEST_J, ti.i32)
-                square = ti.max(square, largest_square(deformation))
-                held = ti.max(j, SMALLEST_J)
-                folds = largest_square(scale(1.0 / held, cofactor(deformation)))
-                mu, lam = q[STIFFNESS] * scene.mu, q[STIFFNESS] * scene.lam
-                bulk = mu + lam * ti.max(0.0, 1.0 - ti.log(held))
-                robot = ti.max(robot, per_mass * (mu + bulk * folds + ti.max(0.0, q[TENSION])))
-                viscosity = ti.max(viscosity, per_mass * scene.eta * folds)
-                if ti.static(skin):
-                    ground = ti.max(ground, scene.skin_rate * per_mass)
-                if ti.static(ground_kind == TERRAIN):
-                    x, z = state[0, w, p, X][0] * scene.inverse, state[0, w, p, X][2] * scene.inverse
-                    by_x = ti.max(WALL_NODES - x, x - (scene.nodes_x - 1 - WALL_NODES))
-                    by_z = ti.max(WALL_NODES - z, z - (scene.nodes_z - 1 - WALL_NODES))
-                    if ti.max(by_x, by_z) > beyond:
-                        beyond = ti.max(by_x, by_z)
-                        outermost = p
-        report[w, 0], report[w, 1], report[w, 2], report[w, 3] = speed, zero, beyond, smallest
-        report[w, 4] = guarded
-        report[w, 5] = ti.sqrt(square)
-        report[w, 6], report[w, 7], report[w, 8], report[w, 9] = robot, zero, viscosity, ground
-        culprit[w, 0], culprit[w, 1], culprit[w, 2], culprit[w, 3] = fastest, fastest, outermost, folded

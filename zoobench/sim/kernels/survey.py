@@ -5,8 +5,8 @@ from typing import Any
 import taichi as ti
 
 from zoobench.sim.kernels.array_types import Rows, Scalars
-from zoobench.sim.kernels.boundary import WALL_NODES
-from zoobench.sim.kernels.columns import contract, determinant, dot, matmul_transposed, trace
+from zoobench.sim.kernels.boundary import TERRAIN, WALL_NODES
+from zoobench.sim.kernels.columns import cofactor, contract, determinant, dot, matmul_transposed, scale, trace
 from zoobench.sim.kernels.elastic import SMALLEST_J
 from zoobench.sim.kernels.laws.law import Law
 from zoobench.sim.kernels.layout import (
@@ -51,6 +51,8 @@ def largest_square(F: ti.template()):
 def condition(state: ti.template(), body: ti.template(), scene: ti.template(), w, p, of: ti.template()):
     """What a particle of mass has of `step_limits.Condition` at slot 0: its four `values`, which may be NaN, and the
     others, 0 where its matter has none."""
+    if ti.static(of.rest_frame):
+        return rest_frame_condition(state, body, scene, w, p, of)
     q = body[w, p, 0]
     place, speed, rate = state[0, w, p, X], state[0, w, p, V], columns(state, 0, w, p, C)
     nodes = (scene.nodes_x, scene.nodes_y, scene.nodes_z)
@@ -82,6 +84,37 @@ def condition(state: ti.template(), body: ti.template(), scene: ti.template(), w
     return ti.Struct(values=values, square=square, robot=robot, medium=medium, viscosity=viscosity, ground=ground)
 
 
+@ti.func
+def rest_frame_condition(state: ti.template(), body: ti.template(), scene: ti.template(), w, p, of: ti.template()):
+    """`condition` of a particle of a robot in its rest frame.
+
+    There the stiffness by place grows in compression, as the square of the largest stretch of F^-1, and the viscosity
+    likewise. There is no velocity gradient of the grid, and no wall: where a terrain ends the robot is beyond the
+    arena, on level ground nowhere.
+    """
+    q = body[w, p, 0]
+    v, deformation = state[0, w, p, V], columns(state, 0, w, p, F)
+    j, per_mass, zero = determinant(deformation), q[VOLUME] / q[MASS], 0.0 * scene.spacing
+    speed = ti.sqrt(dot(v, v)) + 0.0 * dot(deformation.x, deformation.x)
+    held = ti.max(j, SMALLEST_J)
+    folds = largest_square(scale(1.0 / held, cofactor(deformation)))
+    mu, lam = q[STIFFNESS] * scene.mu, q[STIFFNESS] * scene.lam
+    bulk = mu + lam * ti.max(0.0, 1.0 - ti.log(held))
+    beyond, ground = zero, zero
+    if ti.static(of.skin):
+        ground = scene.skin_rate * per_mass
+    if ti.static(of.ground == TERRAIN):
+        x, z = state[0, w, p, X][0] * scene.inverse, state[0, w, p, X][2] * scene.inverse
+        by_x = ti.max(WALL_NODES - x, x - (scene.nodes_x - 1 - WALL_NODES))
+        by_z = ti.max(WALL_NODES - z, z - (scene.nodes_z - 1 - WALL_NODES))
+        beyond = ti.max(beyond, by_x, by_z)
+    return ti.Struct(
+        values=ti.Vector([speed, zero, beyond, 0.0 - j]), square=largest_square(deformation),
+        robot=per_mass * (mu + bulk * folds + ti.max(0.0, q[TENSION])), medium=zero,
+        viscosity=per_mass * scene.eta * folds, ground=ground,
+    )  # fmt: skip
+
+
 @ti.kernel
 def survey(
     state: Rows, body: Rows, constants: Scalars, alive: Scalars, report: Scalars, culprit: Scalars,
@@ -93,7 +126,7 @@ def survey(
     `culprit[w]` holds the particle of each of the first four, where the first NaN is kept. Massless particles are left
     out. `of` is a `layout.Surveyed`.
     """
-    ti.loop_config(serialize=True)
+    ti.loop_config(serialize=not of.at_once)
     for w in range(state.shape[1]):
         scene = known_constants(constants, of)
         worst = ti.Vector([0.0, 0.0, 0.0, -1e30])
