@@ -57,8 +57,9 @@ class MovingArena:
 
     def _middle(self, world: int) -> Array:
         """Middle of the box around the robot's present particles, from the grid's first node [m] `[3]`."""
-        state = self._sim.matter.state[0, world, : self._sim.robot_count, 0].cpu().numpy()
-        places = state.T.take(self._present[world], axis=1)  # along rows extremes are found six times as fast
+        rows = self._sim.matter.memory[0, world, : self._sim.robot_count, 0]
+        rows = rows if isinstance(rows, np.ndarray) else rows.cpu().numpy()
+        places = rows.T.take(self._present[world], axis=1)  # extremes along rows are found six times as fast
         middle: Array = 0.5 * (places.min(axis=1)[:3].astype(np.float64) + places.max(axis=1)[:3])
         return middle
 
