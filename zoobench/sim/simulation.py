@@ -117,8 +117,7 @@ class Simulation:
     def neighbours(self) -> dict[str, Neighbours]:
         """Neighbours of the particles of the robot and of every object, absent ones too."""
         edge = self.fidelity.particle_edge
-        bodies = {"robot": self.scene.robot, **{each.name: each.body for each in self.scene.objects}}
-        return {name: Neighbours(body.positions, body.edge or edge) for name, body in bodies.items()}
+        return {name: Neighbours(body.positions, body.edge or edge) for name, body in self.scene.bodies.items()}
 
     def is_alive(self) -> IntArray:
         """`[worlds]` 0 for a world that has diverged, on the host."""

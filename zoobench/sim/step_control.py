@@ -247,12 +247,11 @@ class StepControl:
         sim, rollout = self._sim, self._rollout
         if world in rollout.tears:
             return
-        edges = {each.name: each.body.edge for each in sim.scene.objects} | {"robot": sim.scene.robot.edge}
         # in its rest frame no gap opens between cells, which share their nodes, however far they are stretched
         stretch = 0.0 if sim.fidelity.robot == "lagrangian" else condition.stretch
         for name, growth_of in growths.items():
             growth, particle = growth_of(world)
-            cell = sim.fidelity.grid_spacing / (edges[name] or sim.fidelity.particle_edge)
+            cell = sim.fidelity.grid_spacing / (sim.scene.bodies[name].edge or sim.fidelity.particle_edge)
             particle += sim.scene.slice_of(name).start
             if finding := torn(growth, particle, stretch, cell, name):
                 step = int(rollout.counts[: frame + 1, world].sum())

@@ -49,7 +49,7 @@ def _episode(
 
 def _last(solver: Solver) -> dict[str, Array]:
     """Positions of all bodies at the end [m]."""
-    names = ["robot", *(each.name for each in solver.scene.objects)]
+    names = list(solver.scene.bodies)
     return {name: solver.positions(0)[solver.scene.slice_of(name)] for name in names}
 
 

@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass, fields
 from enum import StrEnum
 from functools import cached_property
-from itertools import combinations
+from itertools import accumulate, combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -173,8 +173,8 @@ class Scene:
         self._check_arena()
         self._check_objects()
         self._check_anchors()
-        bodies = {"robot": self.robot.positions} | ({"medium": self.medium.positions} if self.medium else {})
-        bodies |= {each.name: each.body.positions for each in self.objects}
+        bodies = {name: body.positions for name, body in self.bodies.items()}
+        bodies |= {"medium": self.medium.positions} if self.medium else {}
         if self.medium is not None and self.medium.hosts is not None:
             hosts = self.medium.hosts
             if hosts.min() < -1 or hosts.max() >= self.robot.particle_count:
@@ -212,8 +212,7 @@ class Scene:
             raise SceneError(
                 "Objects are possible on or in a medium with a velocity field of its own. Give the medium a friction."
             )
-        bodies = {"robot": self.robot, **{each.name: each.body for each in self.objects}}
-        for (one, first), (other, second) in combinations(bodies.items(), 2):
+        for (one, first), (other, second) in combinations(self.bodies.items(), 2):
             if overlap(first, second):
                 raise SceneError(
                     f"The {other} begins within the {one}. Put it further away, or make it or the {one} smaller."
@@ -230,7 +229,7 @@ class Scene:
                 "The base of a robot can move on firm ground, in an arena that stays where it is. Choose such an "
                 "environment, or a base that is held."
             )
-        for name, body in (("robot", self.robot), *((each.name, each.body) for each in self.objects)):
+        for name, body in self.bodies.items():
             for low, high in body.anchor:
                 if not np.less_equal(low, high).all():
                     raise SceneError(f"The anchor of the {name} from {low} to {high} m is no box.")
@@ -306,10 +305,15 @@ class Scene:
         """Particles of all matter together."""
         return self.elastic.particle_count + (self.medium.particle_count if self.medium else 0)
 
+    @cached_property
+    def bodies(self) -> dict[str, ElasticBody]:
+        """The robot and the objects by name, in the order of their particles."""
+        return {"robot": self.robot, **{each.name: each.body for each in self.objects}}
+
     @property
     def elastic_bodies(self) -> tuple[ElasticBody, ...]:
-        """The robot and the objects, in the order of their particles."""
-        return (self.robot, *(each.body for each in self.objects))
+        """The same without their names."""
+        return tuple(self.bodies.values())
 
     @cached_property
     def elastic(self) -> ElasticBody:
@@ -324,11 +328,17 @@ class Scene:
         """Of each velocity field of objects the first one."""
         return tuple(each for each in self.objects if not each.shares)
 
+    @cached_property
+    def _slices(self) -> dict[str, slice]:
+        """Where the particles of each body, and of the medium, stand among all."""
+        sizes = {name: body.particle_count for name, body in self.bodies.items()}
+        sizes |= {"medium": self.medium.particle_count} if self.medium else {}
+        ends = accumulate(sizes.values())
+        return {name: slice(end - size, end) for (name, size), end in zip(sizes.items(), ends, strict=True)}
+
     def owner_of(self, particle: int) -> str:
         """The name of the body that has this one of all particles."""
-        names = ["robot", *(each.name for each in self.objects)]
-        ends = np.cumsum([each.particle_count for each in self.elastic_bodies])
-        return [*names, "medium"][int(np.searchsorted(ends, particle, side="right"))]
+        return next(name for name, own in self._slices.items() if particle < own.stop)
 
     def slice_of(self, name: str) -> slice:
         """Where a body's particles stand among all: `robot`, an object's name, or `medium`.
@@ -336,16 +346,9 @@ class Scene:
         Raises:
             SceneError: there is no such body.
         """
-        names, sizes = (
-            ["robot", *(each.name for each in self.objects)],
-            [each.particle_count for each in self.elastic_bodies],
-        )
-        if self.medium is not None:
-            names, sizes = [*names, "medium"], [*sizes, self.medium.particle_count]
-        if name not in names:
-            raise SceneError(f"The scene has no body '{name}'. It has: {', '.join(names)}.")
-        first = sum(sizes[: names.index(name)])
-        return slice(first, first + sizes[names.index(name)])
+        if name not in self._slices:
+            raise SceneError(f"The scene has no body '{name}'. It has: {', '.join(self._slices)}.")
+        return self._slices[name]
 
 
 def has_skin(scene: Scene) -> bool:
