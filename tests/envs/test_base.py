@@ -6,7 +6,8 @@ import pytest
 from tests.envs.at_rest import made
 from zoobench import registry
 from zoobench.designs.caterpillar import Caterpillar
-from zoobench.envs.base import BED_THICKNESS, FREE_ROOM, HIGHEST_SPEED, Environment
+from zoobench.envs.base import FREE_ROOM, HIGHEST_SPEED, Environment
+from zoobench.envs.bed import BED_THICKNESS
 from zoobench.envs.desert import desert
 from zoobench.envs.ground import ground
 from zoobench.envs.ice import ice
@@ -111,7 +112,7 @@ def test_a_body_larger_than_the_arena_is_refused() -> None:
 
 def test_all_bed_parameters_reach_the_scene() -> None:
     """Thickness and friction angle are used."""
-    scene = desert(thickness=0.04, friction_angle=30.0).scene(Caterpillar().body(QUICK), QUICK)
+    scene = made("desert[thickness=0.04,friction_angle=30]").scene(Caterpillar().body(QUICK), QUICK)
     assert scene.medium is not None
     assert isinstance(scene.medium.material, SandMaterial)
     assert scene.medium.material.friction_angle == 30.0
@@ -225,8 +226,8 @@ def test_the_swimmer_is_clear_of_floor_and_surface() -> None:
     assert heights.min() == pytest.approx(env.arena[1] - heights.max(), abs=QUICK.grid_spacing / 2)
 
 
-@pytest.mark.parametrize("params", [{"friction": -1.0}, {"thickness": 0.0}, {"length": -0.3}, {"thickness": 0.5}])
-def test_an_impossible_environment_is_refused_at_creation(params: dict[str, float]) -> None:
+@pytest.mark.parametrize("setting", ["friction=-1", "thickness=0", "length=-0.3", "thickness=0.5"])
+def test_an_impossible_environment_is_refused_at_creation(setting: str) -> None:
     """Before a run is queued."""
     with pytest.raises(UsageError, match="Give"):
-        desert(**params)  # type: ignore[arg-type]
+        made(f"desert[{setting}]")

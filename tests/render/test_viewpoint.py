@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.render.filmed import short_film
-from zoobench.envs.base import BED_THICKNESS
+from zoobench.envs.bed import BED_THICKNESS
 from zoobench.render.viewpoint import camera_for, region_of
 
 

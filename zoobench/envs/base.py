@@ -9,7 +9,7 @@ import numpy as np
 from zoobench.arrays import Array
 from zoobench.designs.base import Body
 from zoobench.designs.hull import hull_of
-from zoobench.envs.bed import Bed, sharing, without_overlap
+from zoobench.envs.bed import Bed, SolidBed, sharing, without_overlap
 from zoobench.envs.hills import LEVEL, Hills
 from zoobench.envs.objects import NO_OBJECTS, Objects
 from zoobench.envs.obstacles import NO_OBSTACLES, Obstacles
@@ -22,6 +22,7 @@ from zoobench.sim.model.fidelity import REST_FRAME_PARTICLES, Fidelity
 from zoobench.sim.model.grid_water import GridWater
 from zoobench.sim.model.ground_skin import SKIN, GroundSkin
 from zoobench.sim.model.laws.elastic import ElasticMaterial
+from zoobench.sim.model.laws.medium import Medium
 from zoobench.sim.model.laws.water import WaterMaterial
 from zoobench.sim.model.scene import EARTH_GRAVITY, Ground, MediumBed, Scene, check_grid, check_material
 from zoobench.sim.model.standing import standing
@@ -50,10 +51,6 @@ _FREE_CELLS = 5
 
 _FREE_SHARE = 0.4
 """Share of a long robot's reach, which its muscles stretch."""
-
-BED_THICKNESS = 1 / 32
-"""[m] Of a solid bed: two cells of `draft` and a whole number at every fidelity. Where a bed ends in half a cell, its
-surface lies otherwise to the nodes, and gaits score a quarter less. Twice as thick, it changes scores by 3 %."""
 
 EQUILIBRATION_FRAMES = 80
 """Control frames of equilibration: one period of the slowest wave, the sloshing of the ocean's tank (0.66 s). In the
@@ -365,6 +362,21 @@ def bed_environment(
         stance=stance,
         equilibration_frames=equilibration_frames(physics.gravity),
         gravity=(0.0, -physics.gravity, 0.0),
+        hills=hills,
+        profile=profile,
+        objects=objects,
+    )
+
+
+def solid_bed_environment(
+    material: Medium, bed: SolidBed, *, physics: Physics, hills: Hills, profile: Profile, objects: Objects
+) -> Environment:
+    """A land robot on a bed of solid matter on the ground."""
+    return bed_environment(
+        bed.of(material),
+        friction=bed.friction,
+        size=(bed.length, bed.width),
+        physics=physics,
         hills=hills,
         profile=profile,
         objects=objects,

@@ -1,7 +1,7 @@
 """Wetland: mud with a small yield stress."""
 
-from zoobench.envs.base import BED_THICKNESS, Environment, bed_environment
-from zoobench.envs.bed import Bed
+from zoobench.envs.base import Environment, solid_bed_environment
+from zoobench.envs.bed import SOLID_BED, SolidBed
 from zoobench.envs.hills import LEVEL, Hills
 from zoobench.envs.objects import NO_OBJECTS, Objects
 from zoobench.envs.physics import LAND, Elasticity, Physics
@@ -27,14 +27,9 @@ _PROVISIONAL = (
 )  # fmt: skip
 def wetland(
     *,
-    friction: float = 0.5,
-    slip: bool = True,
-    robot_friction: float = 0.5,
-    thickness: float = BED_THICKNESS,
-    length: float = 0.3125,
-    width: float = 0.3125,
     yield_stress: float = 800.0,
     viscosity: float = 1.0,
+    bed: SolidBed = SOLID_BED,
     elasticity: Elasticity = MUD,
     hills: Hills = LEVEL,
     profile: Profile = LEVEL_WAY,
@@ -45,24 +40,9 @@ def wetland(
 
     The bed has no end, as in `desert`.
 
-    * `friction`: Coulomb coefficient of the ground under the mud [-].
-    * `slip`: whether robot and mud have velocity fields of their own, and the mud slides on the ground where its shear
-      strength is exceeded; else it sticks to the robot, and `friction` alone holds it on the ground.
-    * `robot_friction`: Coulomb coefficient between them where they slip [-].
-    * `thickness`: of the bed [m], a whole number of cells: where a bed ends within a cell, gaits go a quarter to a half
-      less far.
-    * `length`, `width`: of the part of the bed that is simulated at a time, along x and z, at least [m].
     * `yield_stress`: norm of the deviatoric stress at which it flows [Pa], by default that of a mud flat. Wetter
       muds have 50 to 500; below 400 they hardly bear a robot, and on a coarse grid too much of it.
     * `viscosity`: [Pa s].
     """
     material = MudMaterial(*elasticity.constants, yield_stress=yield_stress, viscosity=viscosity)
-    return bed_environment(
-        Bed(material, thickness, robot_friction if slip else None),
-        friction=friction,
-        size=(length, width),
-        physics=physics,
-        hills=hills,
-        profile=profile,
-        objects=objects,
-    )
+    return solid_bed_environment(material, bed, physics=physics, hills=hills, profile=profile, objects=objects)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from zoobench import registry
-from zoobench.envs.base import BED_THICKNESS
+from zoobench.envs.bed import BED_THICKNESS
 from zoobench.registry import Kind
 from zoobench.sim.model.scene import Effect, Ground
 from zoobench.sim.solver import Solver
