@@ -140,13 +140,15 @@ def test_what_cannot_be_measured_is_refused() -> None:
 
 @pytest.mark.slow
 def test_every_case_with_a_theory_has_its_order() -> None:
-    """All ladders but their finest grid; only the undamped block and the muscle are not judged."""
+    """All ladders but their finest grid; blocks on an incline and the muscle are not judged by an order."""
     found = list(analytic(levels=3, repeats=1))
     assert {row.case for row in found} == set(case_names())
     verdicts = {(each.case, each.quantity): each.verdict for each in summarise(found)}
-    assert {case for (case, _), verdict in verdicts.items() if verdict == "not judged"} == {"incline", "muscle-stretch"}
+    without_order = {"incline", "incline-damped", "muscle-stretch"}
+    assert {case for (case, _), verdict in verdicts.items() if verdict == "not judged"} == without_order
     assert "missed" not in verdicts.values()
     assert max(row.error for row in found if row.case == "muscle-stretch") < 1e-5
-    undamped, damped = ([row.error for row in _of(found, name)] for name in ("incline", "incline-damped"))
-    assert undamped[-1] > 0.05  # it flutters
-    assert max(damped) < 2e-3
+    for name in ("incline", "incline-damped"):
+        coarsest, *finer = (row.error for row in _of(found, name))
+        assert coarsest < 6e-3
+        assert max(finer) < 1e-3

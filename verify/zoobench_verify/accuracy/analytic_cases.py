@@ -1,9 +1,8 @@
 """Cases of `validate` with an exact answer, each on a ladder of grids with time steps proportional to the spacing.
 
-Two of them do not converge to their closed forms. The muscle is under uniform stress, which every grid represents
-exactly: the error is the distance to rest. The undamped block on the incline flutters (`friction.slide`), the more the
-finer the grid. The damped one slides as Coulomb's law says; most of its error is the half of a substep by which
-velocities of symplectic Euler lag behind positions.
+Some of them have no order. The muscle is under uniform stress, which every grid represents exactly: the error is the
+distance to rest. A block on the incline, damped or not, slides as Coulomb's law says within half a per cent on every
+grid; what is left changes its sign from one to the next.
 """
 
 from collections.abc import Callable
@@ -52,7 +51,7 @@ FIRST = (0.8, 1.3)
 """Order at walls, which act on single nodes, and for errors at the ends of a step."""
 
 _SLOPE, _FRICTION = 23.5, 0.4  # friction is nine tenths of the downhill force, so that the distance is sensitive to it
-_DAMPED = 300.0  # [Pa s]: the block does not flutter, see `friction.slide`
+_DAMPED = 300.0  # [Pa s]: of a block that cannot flutter, see `friction.slide`
 _ACTIVATION = -1.0
 
 
@@ -104,7 +103,7 @@ CASES = (
     AnalyticCase("bar-mode", (8, 16, 32, 64), _bar, {"frequency": SECOND, "loss per period": THIRD}),
     AnalyticCase("wall-mode", (8, 16, 32, 64), _wall, {"frequency": FIRST}),
     AnalyticCase("gravity-column", (8, 16, 32, 64), _column, {"settlement": FIRST}),
-    AnalyticCase("incline-damped", (4, 8, 16), _incline(_DAMPED), {"distance": FIRST}),
+    AnalyticCase("incline-damped", (4, 8, 16), _incline(_DAMPED), {}),
     AnalyticCase("incline", (4, 8, 16), _incline(0.0), {}),
     AnalyticCase("muscle-stretch", (2, 4, 8), _muscle, {}),
 )
