@@ -7,7 +7,6 @@ import torch
 from zoobench.sim.launcher import Launcher
 from zoobench.sim.model.launch_plan import LaunchPlan
 from zoobench.sim.model.state import Matter, Parameters
-from zoobench.sim.simulation import Simulation
 from zoobench_verify.stability.episode_recorder import EpisodeRecorder
 from zoobench_verify.stability.horizon import SingleSegment, check_gap, measure, walker
 from zoobench_verify.stability.stability_scenes import muscle_wave
@@ -45,14 +44,14 @@ def test_an_adjoint_wrong_by_a_per_cent_in_32_bits_is_caught(monkeypatch: pytest
 @pytest.mark.slow
 def test_a_muscle_too_strong_by_a_per_cent_in_32_bits_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     """In mid-air, where the whole difference counts."""
-    set_tension = Simulation.set_tension
+    set_tension = Parameters.set_tension
 
-    def wrong(simulation: Simulation, *where: object) -> None:
-        set_tension(simulation, *where)  # type: ignore[arg-type]
-        if simulation.fidelity.precision == 32:
-            simulation.parameters.tension.mul_(1.01)
+    def wrong(parameters: Parameters, tension: np.ndarray) -> None:
+        set_tension(parameters, tension)
+        if parameters.tension.dtype == torch.float32:
+            parameters.tension.mul_(1.01)
 
-    monkeypatch.setattr(Simulation, "set_tension", wrong)
+    monkeypatch.setattr(Parameters, "set_tension", wrong)
     assert any("mid-air, 32 bits against 64" in text for text in fallen(contact=False))
 
 
