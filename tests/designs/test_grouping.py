@@ -21,6 +21,14 @@ def test_k_means_finds_clumps_and_slices_cut_rods() -> None:
     assert (cut.membership(rod).argmax(axis=1) == np.clip((rod[:, 0] + 1) * 2, 0, 3).astype(int)).mean() > 0.97
 
 
+def test_fewer_points_than_groups_leave_a_group_empty() -> None:
+    """Its centre is one of theirs, and each point has a muscle; as of a muscle without a particle it is refused."""
+    points = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+    groups = k_means(points, 3)
+    assert np.isfinite(groups.centres).all()
+    assert sorted(groups.membership(points).sum(axis=0)) == [0.0, 1.0, 1.0]
+
+
 def test_pairs_are_mirror_images_of_equal_volume() -> None:
     """Three rows of four in a spindle; a point in the middle plane belongs to both sides."""
     points = np.random.default_rng(0).uniform(-1.0, 1.0, size=(8000, 3)) * (3.0, 1.0, 1.0)

@@ -161,7 +161,9 @@ def k_means(points: Array, count: int) -> CentredGroups:
         if (nearest == owner).all():
             break
         owner = nearest
-        centres = np.stack([points[owner == n].mean(axis=0) for n in range(count)])
+        groups = [points[owner == n] for n in range(count)]
+        # a group may be left without points, as where there are fewer than groups
+        centres = np.stack([own.mean(axis=0) if len(own) else centres[n] for n, own in enumerate(groups)])
     order = np.lexsort(np.round(centres, 9).T[::-1])
     own = [points[owner == n] for n in order]
     return CentredGroups(centres[order], _directions(points, own), np.eye(3))
