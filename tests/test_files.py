@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from zoobench.errors import UsageError
-from zoobench.files import hash_of_sources, read_whole, replace_files
+from zoobench.files import cache_folder, hash_of_sources, read_whole, replace_files
 
 
 def test_files_are_replaced_and_nothing_else_is_left(tmp_path: Path) -> None:
@@ -103,3 +103,15 @@ def test_the_hash_of_sources_is_of_names_and_contents(tmp_path: Path) -> None:
     (tmp_path / "one.py").rename(tmp_path / "two.py")
     found.append(hash_of_sources(tmp_path))
     assert len(set(found)) == 4
+
+
+def test_cache_folder_follows_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
+    """ZOOBENCH_CACHE first, then the user's cache folder."""
+    monkeypatch.setenv("ZOOBENCH_CACHE", "/a")
+    assert cache_folder() == Path("/a")
+    monkeypatch.delenv("ZOOBENCH_CACHE")
+    monkeypatch.setenv("XDG_CACHE_HOME", "/b")
+    assert cache_folder() == Path("/b/zoobench")
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    monkeypatch.setenv("HOME", "/c")
+    assert cache_folder() == Path("/c/.cache/zoobench")

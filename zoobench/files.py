@@ -1,6 +1,7 @@
-"""Files that are read and replaced as wholes: only regular files of a bounded size are read."""
+"""Files that are read and replaced as wholes, of which only regular ones of a bounded size are read, and the cache."""
 
 import hashlib
+import os
 import secrets
 import stat
 from collections.abc import Collection, Mapping, Sequence
@@ -10,6 +11,13 @@ from zoobench.errors import UsageError, reason
 
 MOST_BYTES = 1 << 28
 """Largest size of a file that is read into memory [bytes]: a mesh of five million triangles."""
+
+
+def cache_folder() -> Path:
+    """The folder of files that can be made again: `ZOOBENCH_CACHE`, else in the user's cache folder."""
+    if chosen := os.environ.get("ZOOBENCH_CACHE"):
+        return Path(chosen)
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "zoobench"
 
 
 def read_whole(path: Path, *, endings: Sequence[str] = (), most: int = MOST_BYTES) -> bytes:

@@ -86,22 +86,10 @@ def test_fields_of_other_code_are_not_ended(is_used: bool) -> None:
     runtime.start(32)
 
 
-def test_cache_folder_follows_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
-    """ZOOBENCH_CACHE first, then the user's cache folder."""
-    monkeypatch.setenv("ZOOBENCH_CACHE", "/a")
-    assert runtime.cache_folder() == Path("/a/kernels")
-    monkeypatch.delenv("ZOOBENCH_CACHE")
-    monkeypatch.setenv("XDG_CACHE_HOME", "/b")
-    assert runtime.cache_folder() == Path("/b/zoobench/kernels")
-    monkeypatch.delenv("XDG_CACHE_HOME")
-    monkeypatch.setenv("HOME", "/c")
-    assert runtime.cache_folder() == Path("/c/.cache/zoobench/kernels")
-
-
 def test_only_a_stale_lock_of_the_cache_is_dropped(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """The lock of a killed process must not keep the cache shut; that of a living one stays."""
     monkeypatch.setenv("ZOOBENCH_CACHE", str(tmp_path))
-    lock = runtime.cache_folder() / "ticache.lock"
+    lock = runtime.kernel_folder() / "ticache.lock"
     lock.parent.mkdir(parents=True)
     runtime._drop_stale_lock()
     lock.touch()

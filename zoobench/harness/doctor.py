@@ -29,7 +29,7 @@ from zoobench.sim import runtime
 import torch
 runtime.start(32)
 runtime.stop()
-print(json.dumps({"cache": str(runtime.cache_folder()), "cuda": torch.cuda.is_available()}))
+print(json.dumps({"cache": str(runtime.kernel_folder()), "cuda": torch.cuda.is_available()}))
 """
 
 

@@ -17,13 +17,12 @@ import numpy as np
 import taichi as ti
 import torch
 
-from zoobench.files import hash_of_sources, replace_files
+from zoobench.files import cache_folder, hash_of_sources, replace_files
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.state import Matter
 from zoobench.sim.model.tensors import put
 from zoobench.sim.rest import come_to_rest
-from zoobench.sim.runtime import cache_folder
 from zoobench.sim.solver import Solver
 
 LARGEST_FOLDER = 2 * 2**30
@@ -81,7 +80,7 @@ def _with_objects_at_rest(scene: Scene) -> Scene:
 
 def state_folder() -> Path:
     """The folder of equilibrated states, next to the compiled kernels."""
-    return cache_folder().with_name("equilibrated")
+    return cache_folder() / "equilibrated"
 
 
 def _key(scene: Scene, fidelity: Fidelity, frames: int, frame_seconds: float) -> str:

@@ -14,6 +14,7 @@ import torch
 from taichi.lang import impl
 
 from zoobench.errors import UsageError
+from zoobench.files import cache_folder
 from zoobench.sim import taichi_patches
 from zoobench.sim.model.fidelity import Device
 
@@ -35,12 +36,9 @@ if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_note_fork)
 
 
-def cache_folder() -> Path:
-    """The folder of compiled kernels: below `ZOOBENCH_CACHE`, else in the user's cache folder."""
-    if chosen := os.environ.get("ZOOBENCH_CACHE"):
-        return Path(chosen) / "kernels"
-    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(base) / "zoobench" / "kernels"
+def kernel_folder() -> Path:
+    """The folder of compiled kernels."""
+    return cache_folder() / "kernels"
 
 
 def start(precision: int, device: Device = "cpu", debug: bool = False, cache: bool = True) -> int:
@@ -130,7 +128,7 @@ def _initialise(precision: int, device: Device, debug: bool, cache: bool) -> Non
         advanced_optimization=device == "cuda",
         debug=debug,
         offline_cache=cache,
-        offline_cache_file_path=str(cache_folder()),
+        offline_cache_file_path=str(kernel_folder()),
         log_level=ti.ERROR,
     )
 
@@ -181,7 +179,7 @@ def _drop_stale_lock() -> None:
 
     The lock is held for milliseconds, while the list of compiled kernels is written.
     """
-    lock = cache_folder() / "ticache.lock"
+    lock = kernel_folder() / "ticache.lock"
     with contextlib.suppress(FileNotFoundError):
         if time.time() - lock.stat().st_mtime > STALE_LOCK_SECONDS:
             lock.unlink()

@@ -4,15 +4,13 @@ The library that has them takes more memory than a report of a hundred thousand 
 its own takes them out, once for each version.
 """
 
-import os
 import subprocess
 import sys
 from contextlib import suppress
 from importlib.metadata import version
-from pathlib import Path
 
 from zoobench.errors import ZoobenchError
-from zoobench.files import replace_files
+from zoobench.files import cache_folder, replace_files
 
 LIBRARY = "vl_convert"
 
@@ -25,7 +23,7 @@ def bundle() -> str:
     Raises:
         ZoobenchError: the library does not give it.
     """
-    kept = _folder() / f"vega-{version('vl-convert-python')}.js"
+    kept = cache_folder() / f"vega-{version('vl-convert-python')}.js"
     with suppress(OSError):
         return kept.read_text(encoding="utf-8")
     done = subprocess.run([sys.executable, "-c", _PROGRAM], capture_output=True, check=False)
@@ -35,10 +33,3 @@ def bundle() -> str:
     with suppress(OSError):  # the cache may be no place to write
         replace_files({kept: done.stdout}, make_folders=True)
     return done.stdout.decode()
-
-
-def _folder() -> Path:
-    """The folder of files that can be made again: `ZOOBENCH_CACHE`, else in the user's cache folder."""
-    if chosen := os.environ.get("ZOOBENCH_CACHE"):
-        return Path(chosen)
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "zoobench"
