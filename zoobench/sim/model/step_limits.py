@@ -39,8 +39,8 @@ REFUSED_FRACTION = 0.9
 _REST_FRAME_DAMPING = LARGEST_STRETCH**2
 """Factor by which the viscosity counts more in the rest frame, at that compression."""
 
-MOST_SUBSTEPS = 10_000
-"""Of a control frame: more than a thousand times as many as a robot of the default material needs at `draft`."""
+SHORTEST_STEP = 8e-7
+"""[s] Ten thousand in a control frame of 8 ms, a thousand times as many as the default robot needs at `draft`."""
 
 SKIN_FRACTION = 0.7
 """Largest chosen step by the stable one of matter in the ground's skin [-]."""
@@ -176,17 +176,17 @@ def choose_step(
     It is shortened to divide the frame into a whole number of substeps.
 
     Raises:
-        StepSizeError: the fixed step is above 0.9 dt_iso, where simulations with muscles and impacts diverge, or a
-            frame has too many steps.
+        StepSizeError: the fixed step is above 0.9 dt_iso, where simulations with muscles and impacts diverge, or the
+            scene needs one that is too short.
     """
     limits = step_limits(scene, fidelity, stiffness_max, density_ratio_min)
     matter = min(limits, key=lambda name: limits[name])
     dt_iso = limits[matter]
     chosen = fidelity.courant * dt_iso
-    if not fidelity.step and chosen * MOST_SUBSTEPS < frame_seconds:
+    if not fidelity.step and chosen < SHORTEST_STEP:
         raise StepSizeError(
-            f"The {matter} needs steps of {chosen:.3g} s, {frame_seconds / chosen:.2g} in a control frame, and "
-            f"{MOST_SUBSTEPS:,} are the most. Make it softer, weaker or denser."
+            f"The {matter} needs steps of {chosen:.3g} s, and {SHORTEST_STEP:.0e} s are the shortest, of which a "
+            "control frame of 8 ms has 10,000. Make it softer, weaker or denser."
         )
     count = whole_substeps(frame_seconds, fidelity.step or chosen)
     found = StepLimit(dt_iso, matter, frame_seconds / count, count)
