@@ -1,4 +1,4 @@
-"""The substep of a robot in its rest frame (total Lagrangian), of worlds in turn, or with a thread for each.
+"""Forces and motion of a robot in its rest frame (total Lagrangian); `rest_frame_substeps` drives them.
 
 Nodes of the body's own grid (`model.rest_cells`) carry place and velocity. With the constant gradients g of their
 weights, the deformation gradient at a particle is F = sum x g and its rate R = sum v g. With H = F^-T and L = R F^-1

@@ -1,5 +1,7 @@
-"""The substeps of a robot in its rest frame and their adjoint: of `rest_frame` and its limbs, in water by forces on its
-surface with `panel_forces`. A robot without such water has no panels."""
+"""The substeps of a robot in its rest frame (`rest_frame`), whose limbs may meet (`limb_contact`), and their adjoint.
+
+In water by forces on its surface (`panel_forces`) it has panels, elsewhere none.
+"""
 
 import taichi as ti
 
