@@ -19,7 +19,7 @@ import numpy as np
 
 from zoobench.arrays import Array
 from zoobench.errors import ZoobenchError
-from zoobench.sim import runtime
+from zoobench.files import cache_folder
 from zoobench.sim.kernels.boundary import WALL_NODES
 from zoobench.sim.model.laws.elastic import lame_parameters
 
@@ -94,7 +94,7 @@ def build() -> Path:
     source = _SOURCE.read_bytes()
     # compiled for the very processor: a folder may be shared by several machines
     origin = "\0".join([compiler, *FLAGS, platform.node(), platform.machine()]).encode()
-    program = runtime.cache_folder().parent / "bench" / f"reference-{hashlib.sha256(source + origin).hexdigest()[:16]}"
+    program = cache_folder() / "bench" / f"reference-{hashlib.sha256(source + origin).hexdigest()[:16]}"
     if not program.exists():
         _compile(compiler, program)
     return program
